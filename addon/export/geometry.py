@@ -1,0 +1,175 @@
+"""Triangles: every mesh is read once in its own space, then placed in the world for each instance."""
+
+import ctypes
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from blender_rl_guiding.errors import InputError
+
+_FAR = 1e18
+_BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh in its own space, as Blender keeps it."""
+
+    vertices: np.ndarray  # (V, 3) float32
+    corners: np.ndarray  # (T, 3) int32, indices of vertices
+    normals: np.ndarray  # (N, 3) float32: one a vertex, a face or a corner of a face, whichever says it all
+    normal: np.ndarray  # (T, 3) int32, indices of normals
+    faces: np.ndarray  # (T,) int32, the face that a triangle is part of
+    slots: np.ndarray  # (T,) int32, material index of the face
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """One instance in the world; every triangle has area."""
+
+    vertices: np.ndarray  # (V, 3) float32
+    corners: np.ndarray  # (T, 3) int32, indices of vertices
+    normals: np.ndarray  # (T, 3, 3) float32, unit length
+    slots: np.ndarray  # (T,) int32, material index of the face
+    dropped: int  # triangles without area, left out
+
+
+def read_mesh(mesh: bpy.types.Mesh, name: str) -> Mesh:
+    """InputError names the object where a vertex is not a finite number, or so large that areas overflow."""
+    vertices = _get(mesh.attributes["position"].data, "vector", (3,), np.float32)
+    if not (usable := np.abs(vertices) < _FAR).all():
+        vertex = usable.all(axis=1).argmin()
+        raise InputError(f"object '{name}': vertex {vertex} is out of range: ({', '.join(f'{x:g}' for x in vertices[vertex])})")
+    mesh.calc_loop_triangles()
+    loops = _loop_triangles(mesh)
+    corners = _get(mesh.attributes[".corner_vert"].data, "value", (), np.int32)[loops]
+    faces = _get(mesh.loop_triangle_polygons, "value", (), np.int32)
+    normals, normal = _normals(mesh, corners, faces, loops)
+    slots = mesh.attributes.get("material_index")
+    slots = _get(slots.data, "value", (), np.int32)[faces] if slots else np.zeros(len(faces), np.int32)
+    return _without_loose(Mesh(vertices, corners, normals, normal, faces, slots))
+
+
+def _get(collection: bpy.types.bpy_prop_collection, attribute: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
+    values = np.empty((len(collection), *shape), dtype)
+    collection.foreach_get(attribute, values.ravel())
+    return values
+
+
+def _loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(T, 3) int32, the corners of faces that the triangles are made of.
+
+    They lie in one array of Blender's; `foreach_get` would ask for them one by one, which takes longer than all the rest.
+    """
+    count = len(mesh.loop_triangles)
+    if not count:
+        return np.empty((0, 3), np.int32)
+    first, last = (mesh.loop_triangles[i].as_pointer() for i in (0, count - 1))
+    assert last - first == 12 * (count - 1), "Blender no longer keeps its triangles as triples of 32-bit integers"
+    return np.frombuffer(ctypes.string_at(first, 12 * count), np.int32).reshape(count, 3)
+
+
+def _normals(mesh: bpy.types.Mesh, corners: np.ndarray, faces: np.ndarray, loops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The fewest normals that tell flat, smooth, sharp and custom shading, and which of them each corner of a triangle has."""
+    if mesh.normals_domain == "POINT":
+        return _get(mesh.vertex_normals, "vector", (3,), np.float32), corners
+    if mesh.normals_domain == "FACE":
+        return _get(mesh.polygon_normals, "vector", (3,), np.float32), np.repeat(faces[:, None], 3, axis=1)
+    return _get(mesh.corner_normals, "vector", (3,), np.float32), loops
+
+
+def _without_loose(mesh: Mesh) -> Mesh:
+    """Vertices that no triangle uses would widen the scene's bounds."""
+    used = np.zeros(len(mesh.vertices), bool)
+    used[mesh.corners] = True
+    if used.all():
+        return mesh
+    corners = (np.cumsum(used, dtype=np.int32) - 1)[mesh.corners]
+    return Mesh(mesh.vertices[used], corners, mesh.normals, mesh.normal, mesh.faces, mesh.slots)
+
+
+def place(mesh: Mesh, matrix: np.ndarray, name: str) -> Triangles:
+    """A mesh in the world. `matrix`: (4, 4). Where it mirrors, the winding is turned, so that it still agrees with the normals.
+
+    InputError names the object where the matrix is not finite or a face has no area.
+    """
+    if not np.isfinite(matrix).all():
+        raise InputError(f"object '{name}': its transform is not finite")
+    cofactors, mirrors = _cofactors(matrix[:3, :3])
+    vertices, normals = _apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), _unit(_apply(cofactors, mesh.normals))
+    corners, normal, slots, dropped = mesh.corners, mesh.normal, mesh.slots, 0
+    if (flat := _flat(vertices, corners)).any():
+        _check_faces(mesh, name)
+        corners, normal, slots, dropped = corners[~flat], normal[~flat], slots[~flat], int(flat.sum())
+    if mirrors:
+        corners, normal = corners[:, ::-1], normal[:, ::-1]
+    shading = normals[normal]
+    if (missing := (normals == 0).all(axis=1)).any():
+        _fill(shading, missing[normal], vertices, corners)
+    return Triangles(vertices, corners, shading, slots, dropped)
+
+
+def _cofactors(linear: np.ndarray) -> tuple[np.ndarray, bool]:
+    """What normals are transformed by, and whether `linear` mirrors.
+
+    It is the inverse transpose up to a positive factor, and defined even where a scale is zero.
+    """
+    linear = linear / max(np.abs(linear).max(), 1e-30)
+    a, b, c = linear
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    mirrors = bool(a @ cofactors[0] < 0)
+    return (-cofactors if mirrors else cofactors), mirrors
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(start, start + _BLOCK) for start in range(0, count, _BLOCK))
+
+
+def _apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """Written out instead of `@`, whose rounding differs between builds of numpy, and with it the key of the scene."""
+    result = np.empty(points.shape, np.float32)
+    for block in _blocks(len(points)):
+        x, y, z = points[block].T.astype(np.float64)
+        for i, row in enumerate(matrix):
+            result[block, i] = x * row[0] + y * row[1] + z * row[2] + shift[i]
+    return result
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """(N, 3) vectors of length 1, or zeros."""
+    result = np.empty(vectors.shape, np.float32)
+    for block in _blocks(len(vectors)):
+        x, y, z = vectors[block].T.astype(np.float64)
+        length = np.sqrt(x * x + y * y + z * z)
+        result[block] = (np.stack([x, y, z]) / np.where(length > 0, length, np.inf)).T
+    return result
+
+
+def _flat(vertices: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(T,) bool, triangles without area. Products of 32-bit numbers are exact in 64 bits, so that only true zeros are zero."""
+    axes = np.ascontiguousarray(vertices.T)
+    flat = np.empty(len(corners), bool)
+    for block in _blocks(len(corners)):
+        a, b, c = corners[block].T
+        (ux, uy, uz), (vx, vy, vz) = ((axes[:, end] - axes[:, a]).astype(np.float64) for end in (b, c))
+        flat[block] = (uy * vz == uz * vy) & (uz * vx == ux * vz) & (ux * vy == uy * vx)
+    return flat
+
+
+def _check_faces(mesh: Mesh, name: str) -> None:
+    """Triangulation may leave a triangle without area in a sound face; a face of nothing else is a fault."""
+    flat = _flat(mesh.vertices, mesh.corners)
+    sound = np.zeros(mesh.faces.max() + 1, bool)
+    sound[mesh.faces[~flat]] = True
+    bad = mesh.faces[~sound[mesh.faces]]
+    if len(bad):
+        raise InputError(f"object '{name}': face {bad.min()} has no area (Mesh > Clean Up > Degenerate Dissolve removes it)")
+
+
+def _fill(normals: np.ndarray, missing: np.ndarray, vertices: np.ndarray, corners: np.ndarray) -> None:
+    """Give the corners of triangles that have no normal (`missing`: (T, 3)) that of the triangle."""
+    rows = np.flatnonzero(missing.any(axis=1))
+    a, b, c = (vertices[corners[rows, i]].astype(np.float64) for i in range(3))
+    normals[rows] = np.where(missing[rows][..., None], _unit(np.cross(b - a, c - a))[:, None, :], normals[rows])

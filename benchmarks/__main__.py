@@ -1,0 +1,157 @@
+"""Runs the benchmark: all programs take turns in one session, so that only ratios of the same minute are compared."""
+
+import glob
+import json
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from blender_rl_guiding.errors import InputError, atomic
+
+from .cornell import SIZE
+
+ROUNDS = 5
+SAMPLES = {"ours": 64, "scalar_rgb": 64, "llvm_ad_rgb": 64, "cycles": 16}  # a few seconds each
+TOLERANCE = 0.01  # of the mean radiance; beyond it, the programs do not render the same
+NAME = f"Cornell box, unguided, NEE + MIS, {SIZE} x {SIZE}, depth 8"
+OUT = Path(__file__).parents[1] / "out" / "bench" / "latest.json"
+
+
+class Child:
+    """A program that renders on demand; InputError with its last words if it fails."""
+
+    def __init__(self, name: str, words: Any) -> None:
+        environment = os.environ | ({"DRJIT_LIBLLVM_PATH": llvm()} if name == "llvm_ad_rgb" else {})
+        command = [sys.executable, "-m", "benchmarks.child", name, str(SAMPLES[name])]
+        self.name, self._words, self._pipe = name, words, subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=self._pipe, stdout=self._pipe, stderr=words, text=True, env=environment)
+        self.program = self._answer()["program"]
+        self.rates: list[float] = []  # million paths a second
+        self.means: list[list[float]] = []  # linear RGB
+
+    def render(self, seed: int) -> None:
+        """Render once, and keep its rate and mean."""
+        assert self._process.stdin
+        print(seed, file=self._process.stdin, flush=True)
+        answer = self._answer()
+        self.rates.append(SIZE * SIZE * SAMPLES[self.name] / answer["seconds"] / 1e6)
+        self.means.append(answer["mean"])
+
+    def mean(self) -> list[float]:
+        """Mean radiance over pixels and rounds, linear RGB."""
+        return [statistics.fmean(channel) for channel in zip(*self.means, strict=True)]
+
+    def end(self) -> None:
+        """Stop the process."""
+        self._process.kill()
+        self._process.wait()
+
+    def _answer(self) -> dict[str, Any]:
+        assert self._process.stdout
+        line = self._process.stdout.readline()
+        if not line:
+            self._words.seek(0)
+            last = (self._words.read().strip().splitlines() or [f"exit status {self._process.wait()}"])[-1]
+            raise InputError(f"{self.name}: {last}")
+        return json.loads(line)
+
+
+@contextmanager
+def child(name: str) -> Iterator[Child]:
+    """A program that is ready to render, for as long as it is needed."""
+    with tempfile.TemporaryFile("w+") as words:
+        started = Child(name, words)
+        try:
+            yield started
+        finally:
+            started.end()
+
+
+def llvm() -> str:
+    """The LLVM library for Mitsuba; older ones than 19 are known to crash on current CPUs. InputError if there is none."""
+    if given := os.environ.get("DRJIT_LIBLLVM_PATH"):
+        return given
+    places = (
+        "/usr/lib/*/libLLVM*.so*",
+        "/usr/lib64/libLLVM*.so*",
+        "/usr/lib/llvm-*/lib/libLLVM*.so*",
+        "/opt/homebrew/opt/llvm/lib/libLLVM*.dylib",
+    )
+    found = [(int(m[1]), path) for place in places for path in glob.glob(place) if (m := re.search(r"libLLVM\D*(\d+)", path))]
+    version, path = max(found, default=(0, ""))
+    if version < 19:
+        raise InputError("no LLVM library from version 19 on (Debian: libllvm19); DRJIT_LIBLLVM_PATH may name one")
+    return path
+
+
+def measure(console: Console) -> list[dict[str, Any]]:
+    """A row for each peer. InputError if ours fails, or if a peer's image is another one."""
+    missing: list[dict[str, Any]] = []
+    with ExitStack() as stack:
+        ready: list[Child] = []
+        for name in SAMPLES:
+            console.print(f"Warming up {name} ...")
+            try:
+                ready.append(stack.enter_context(child(name)))
+            except InputError as error:
+                if name == "ours":
+                    raise
+                missing.append(
+                    {"name": NAME, "ours": None, "peer": None, "peer_name": name, "ratio": None, "unit": "Mpaths/s", "missing": str(error)}
+                )
+        for turn in range(1, ROUNDS + 1):
+            for program in ready:
+                program.render(turn)
+                console.print(f"Round {turn} of {ROUNDS}: {program.program}, {program.rates[-1]:.2f} Mpaths/s")
+    ours, *peers = ready
+    for peer in peers:
+        check_same(ours, peer)
+    return [row(ours, peer) for peer in peers] + missing
+
+
+def check_same(ours: Child, peer: Child) -> None:
+    """InputError unless both render the same radiance in the mean, channel by channel."""
+    for a, b in zip(ours.mean(), peer.mean(), strict=True):
+        if abs(a / b - 1) > TOLERANCE:
+            raise InputError(f"not the same image: mean RGB {ours.mean()} from {ours.program}, {peer.mean()} from {peer.program}")
+
+
+def row(ours: Child, peer: Child) -> dict[str, Any]:
+    """One line of the result; the ratio is the median of the rounds' ratios, above 1 where ours is faster."""
+    ratio = statistics.median(a / b for a, b in zip(ours.rates, peer.rates, strict=True))
+    rates = {"ours": statistics.median(ours.rates), "peer": statistics.median(peer.rates)}
+    return {"name": NAME, **rates, "peer_name": peer.program, "ratio": ratio, "unit": "Mpaths/s"}
+
+
+def main() -> int:
+    """Measure, write out/bench/latest.json, print the table."""
+    console = Console()
+    try:
+        rows = measure(console)
+        with atomic(OUT) as part:
+            part.write_text(json.dumps(rows, indent=2) + "\n")
+    except InputError as error:
+        print(f"bench: {error}", file=sys.stderr)
+        return 1
+    table = Table("peer", "ours", "peer's", "ratio", title=f"{NAME}, million paths a second")
+    for line in rows:
+        table.add_row(
+            line["peer_name"], *([f"{line[k]:.2f}" for k in ("ours", "peer", "ratio")] if line["ratio"] else [line["missing"], "", ""])
+        )
+    console.print(table)
+    console.print(OUT)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

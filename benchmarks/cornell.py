@@ -1,0 +1,66 @@
+"""The Cornell box as every program of the benchmark gets it: that of Mitsuba's `cornell_box()`, z up, in triangles."""
+
+import math
+
+import numpy as np
+
+from blender_rl_guiding.scene.data import Camera, Material, SceneData
+
+SIZE = 256  # pixels, both ways
+BOUNCES = 7
+EYE, TARGET, FOV = (0.0, -3.9, 0.0), (0.0, 0.0, 0.0), 39.3077  # degrees, both ways
+
+_BLACK = (0.0, 0.0, 0.0)
+MATERIALS = (
+    Material("white", (0.885809, 0.698859, 0.666422), _BLACK),
+    Material("green", (0.105421, 0.37798, 0.076425), _BLACK),
+    Material("red", (0.570068, 0.0430135, 0.0443706), _BLACK),
+    Material("light", _BLACK, (18.387, 13.9873, 6.75357)),
+    Material("black", _BLACK, _BLACK),
+)
+WHITE, GREEN, RED, LIGHT, BLACK = range(len(MATERIALS))
+
+_CUBE = [  # corners by their bits x, y, z; each face winds so that its normal points out
+    (0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6),
+]  # fmt: skip
+
+
+def _cube(centre: tuple[float, float, float], half: tuple[float, float], height: float) -> list[list[np.ndarray]]:
+    """Faces of a box whose first horizontal half axis is `half`, and the second the same, turned by a right angle."""
+    x, y, z = np.array([*half, 0.0]), np.array([-half[1], half[0], 0.0]), np.array([0.0, 0.0, height])
+    corners = [centre + (sx * x + sy * y + sz * z) for sz in (-1, 1) for sy in (-1, 1) for sx in (-1, 1)]
+    return [[corners[k] for k in face] for face in _CUBE]
+
+
+def _quads() -> list[tuple[list[np.ndarray], int]]:
+    room = {4: WHITE, 5: WHITE, 3: WHITE, 0: RED, 1: GREEN}
+    faces = _cube((0.0, 0.0, 0.0), (1.0, 0.0), 1.0)
+    quads = [(faces[k][::-1], material) for k, material in room.items()]
+    quads += [(face, WHITE) for face in _cube((0.335, -0.38, -0.7), (0.286891, -0.0877115), 0.3)]
+    quads += [(face, WHITE) for face in _cube((-0.33, 0.28, -0.4), (0.28491, 0.0939491), 0.61)]
+    # Mitsuba's emitters shine to one side, the others' to both: a black quad behind makes it one side for all.
+    for height, material in ((0.99, LIGHT), (0.991, BLACK)):
+        quads.append(([np.array((x, y, height)) for x, y in ((-0.23, -0.2), (-0.23, 0.18), (0.23, 0.18), (0.23, -0.2))], material))
+    return quads
+
+
+def cornell_box() -> SceneData:
+    """The scene, for ours as it is and for the peers to be translated."""
+    quads = _quads()
+    corners = np.array([face for face, _ in quads])  # (quads, 4, 3)
+    triangles = (4 * np.arange(len(quads))[:, None, None] + [[0, 1, 2], [0, 2, 3]]).reshape(-1, 3)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    tan = math.tan(math.radians(FOV) / 2)
+    to_world = ((1.0, 0.0, 0.0, EYE[0]), (0.0, 0.0, -1.0, EYE[1]), (0.0, 1.0, 0.0, EYE[2]), (0.0, 0.0, 0.0, 1.0))
+    return SceneData(
+        name="cornell box",
+        vertices=corners.reshape(-1, 3).astype(np.float32),
+        triangles=triangles.astype(np.int32),
+        normals=np.repeat(normals[:, None], 6, axis=1).reshape(-1, 3, 3).astype(np.float32),
+        material=np.repeat([material for _, material in quads], 2).astype(np.int32),
+        materials=MATERIALS,
+        camera=Camera(to_world, tan, tan, SIZE, SIZE),
+        world=_BLACK,
+        max_bounces=BOUNCES,
+    )

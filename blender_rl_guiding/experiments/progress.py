@@ -1,0 +1,39 @@
+"""What long work shows: a bar with an estimate on a terminal, a line for each finished step everywhere."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
+
+
+class Progress:
+    """Writes to stderr, so that stdout holds results alone. Use as a context manager."""
+
+    def __init__(self) -> None:
+        self.console = Console(stderr=True, highlight=False)
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+        self._bars = Bars(*columns, console=self.console, transient=True)
+
+    def __enter__(self) -> Self:
+        self._bars.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._bars.stop()
+
+    def note(self, text: str) -> None:
+        """A line that stays."""
+        self.console.print(text, markup=False)
+
+    @contextmanager
+    def bar(self, description: str, total: int) -> Iterator[Callable[[float], None]]:
+        """A bar for the length of the block; call what it yields with the number done so far."""
+        task = self._bars.add_task(description, total=total)
+        try:
+            yield lambda done: self._bars.update(task, completed=done)
+        finally:
+            self._bars.remove_task(task)

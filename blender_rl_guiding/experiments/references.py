@@ -1,0 +1,46 @@
+"""Reference images, rendered once and kept by scene key in blocks of samples: a longer reference later only adds blocks."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ..images import read_exr, write_exr
+from ..kernels import cache_home
+from ..render import Result, render
+from ..scene.data import SceneData
+from ..settings import BSDF, Machine, Render
+
+BLOCK = 128  # samples per pixel in one block
+_FIRST_SEED = 1_000_000_000  # far from the seeds that people choose: a reference must not share samples with what it judges
+
+
+def reference(
+    scene: SceneData, max_bounces: int, spp: int, machine: Machine, on_share: Callable[[float], None] = lambda share: None
+) -> np.ndarray:
+    """The scene by BSDF sampling with next-event estimation, with at least `spp` samples per pixel; (H, W, 3) float32.
+
+    Renders only the blocks that are not in the cache yet, so an interrupted reference goes on where it ended. `on_share` is
+    told the share that is done, 0..1.
+    """
+    blocks = -(-spp // BLOCK)
+    total = np.zeros((scene.camera.height, scene.camera.width, 3))
+    for block in range(blocks):
+
+        def on_pass(state: Result, block: int = block) -> None:
+            on_share((block + state.film.samples / BLOCK) / blocks)
+
+        total += _block(scene, max_bounces, block, machine, on_pass)
+    return (total / blocks).astype(np.float32)
+
+
+def _block(scene: SceneData, max_bounces: int, block: int, machine: Machine, on_pass: Callable[[Result], None]) -> np.ndarray:
+    path = _folder(scene, max_bounces) / f"block-{block:04}.exr"
+    if not path.exists():
+        settings = Render(spp=BLOCK, max_bounces=max_bounces, nee=True, seed=_FIRST_SEED + block, guide=BSDF())
+        write_exr(path, render(scene, settings, machine, on_pass).image, {"scene_key": scene.key})
+    return read_exr(path)[0]
+
+
+def _folder(scene: SceneData, max_bounces: int) -> Path:
+    return cache_home() / "references" / f"{scene.key[:24]}-{max_bounces}-bounces"

@@ -1,0 +1,47 @@
+"""What an experiment's folder tells: report.html and table.csv in it, and the same summary for the terminal."""
+
+from pathlib import Path
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from ..errors import atomic
+from . import numbers
+from .page import page
+from .results import load, table
+
+
+def write(folder: Path) -> Path:
+    """Make `report.html` and `table.csv` from the run folders alone; returns the page's path.
+
+    InputError on a damaged folder, with nothing written; unfinished runs are listed as missing.
+    """
+    results = load(folder)
+    html, rows = page(results), table(results)
+    with atomic(folder / "table.csv") as part:
+        part.write_text(rows, encoding="utf-8")
+    with atomic(folder / "report.html") as part:
+        part.write_text(html, encoding="utf-8")
+    return folder / "report.html"
+
+
+def text_table(folder: Path) -> Table:
+    """The summary for the terminal. InputError on a damaged folder."""
+    results = load(folder)
+    heads = [head.replace(" ", "\n").replace("_", "_\n").replace("/", "\n/") for head in numbers.HEADS]
+    out = Table("", *heads, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    out.columns[0].no_wrap, out.columns[0].min_width = True, 2 + max(map(len, results.methods))
+    for column in out.columns[1:]:
+        column.justify, column.no_wrap = "right", True
+    for scene in results.scenes:
+        out.add_row(f"[bold]{escape(scene)}[/]")
+        for summary, cells in numbers.rows(results, scene):
+            out.add_row(f"  {escape(summary.method)}", *map(_lines, cells))
+        out.add_section()
+    return out
+
+
+def _lines(cell: numbers.Cell) -> str:
+    below = "\n".join(filter(None, (cell.margin, cell.ratio)))
+    return f"{cell.text}\n[dim]{below}[/]" if below else cell.text

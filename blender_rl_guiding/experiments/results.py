@@ -1,0 +1,200 @@
+"""What the run folders of an experiment say: its runs, what is missing, means and intervals, and the flat table of it all."""
+
+import csv
+import io
+import json
+import math
+import statistics
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..errors import InputError
+
+MEASURES = ("mape_display", "mape", "relmse", "flip")
+COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "rays", *MEASURES)
+# 97.5 % quantiles of Student's t for 1..9 degrees of freedom; from 10 on, the series in `_student` has four digits.
+_T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One finished render; the fields are those of result.json."""
+
+    folder: Path
+    scene: str
+    method: str
+    seed: int
+    spp: int
+    seconds: float  # rendering with learning, without compiling and export
+    learn_seconds: float
+    rays: int
+    metrics: dict[str, float]
+    settings: dict[str, Any]
+    machine: dict[str, Any]
+    versions: dict[str, Any]
+    curve: list[dict[str, Any]]
+
+    @property
+    def row(self) -> list[Any]:
+        """The run's values under `COLUMNS`."""
+        return [self.metrics[name] if name in MEASURES else getattr(self, name) for name in COLUMNS]
+
+
+class Estimate(NamedTuple):
+    """A mean over seeds and half its 95 % interval, which a single seed does not have."""
+
+    mean: float
+    margin: float | None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One method on one scene, over its seeds."""
+
+    method: str
+    runs: tuple[Run, ...]
+
+    @cached_property
+    def errors(self) -> dict[str, Estimate]:
+        """Each measure's estimate by name."""
+        return {name: estimate([run.metrics[name] for run in self.runs]) for name in MEASURES}
+
+    @cached_property
+    def seconds(self) -> Estimate:
+        """Time of one render, learning included."""
+        return estimate([run.seconds for run in self.runs])
+
+    @property
+    def learning(self) -> float:
+        """Share of the time that went into learning, 0..1."""
+        return sum(run.learn_seconds for run in self.runs) / sum(run.seconds for run in self.runs)
+
+    @property
+    def megarays(self) -> float:
+        """Million rays a second."""
+        return sum(run.rays for run in self.runs) / sum(run.seconds for run in self.runs) / 1e6
+
+
+@dataclass(frozen=True)
+class Results:
+    """All that an experiment's folder holds."""
+
+    folder: Path
+    scenes: tuple[str, ...]
+    methods: tuple[str, ...]
+    baseline: str
+    command: str
+    runs: tuple[Run, ...]
+    missing: tuple[str, ...]  # what was asked for and is not there, as "scene/method/seed-n"
+
+    def summaries(self, scene: str) -> list[Summary]:
+        """One for each method that has runs on the scene, in the experiment's order."""
+        found = ((m, tuple(r for r in self.runs if (r.scene, r.method) == (scene, m))) for m in self.methods)
+        return [Summary(method, runs) for method, runs in found if runs]
+
+
+def load(folder: Path) -> Results:
+    """Read an experiment's folder.
+
+    Runs without result.json were not finished and are listed as missing. InputError on a damaged file, or if no run is finished.
+    """
+    plan = _read_json(folder / "experiment.json")
+    try:
+        scenes, methods = tuple(map(str, plan["scenes"])), tuple(map(str, plan["methods"]))
+        baseline, command = str(plan["baseline"]), str(plan["command"])
+    except (KeyError, TypeError) as error:
+        raise InputError(f"{folder / 'experiment.json'}: not an experiment, or damaged ({error})") from error
+    if baseline not in methods:
+        raise InputError(f"{folder / 'experiment.json'}: the baseline {baseline!r} is not one of the methods {', '.join(methods)}")
+    places = [(scene, method) for scene in scenes for method in methods]
+    runs = tuple(run for scene, method in places for run in _runs(folder, scene, method))
+    if not runs:
+        raise InputError(f"{folder}: no run of the experiment is finished")
+    return Results(folder, scenes, methods, baseline, command, runs, _missing(places, runs))
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise InputError(f"{path}: not JSON, or damaged ({error})") from error
+
+
+def _runs(folder: Path, scene: str, method: str) -> list[Run]:
+    runs = [_run(path, scene, method) for path in (folder / scene / method).glob("seed-*/result.json")]
+    return sorted(runs, key=lambda run: run.seed)
+
+
+def _run(path: Path, scene: str, method: str) -> Run:
+    data = _read_json(path)
+    try:
+        run = Run(
+            folder=path.parent,
+            scene=scene,
+            method=method,
+            seed=int(data["seed"]),
+            spp=int(data["spp"]),
+            seconds=float(data["seconds"]),
+            learn_seconds=float(data["learn_seconds"]),
+            rays=int(data["rays"]),
+            metrics={name: float(data["metrics"][name]) for name in MEASURES},
+            settings=dict(data["settings"]),
+            machine=dict(data["machine"]),
+            versions=dict(data["versions"]),
+            curve=list(data.get("curve") or ()),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: not a result, or damaged ({type(error).__name__}: {error})") from error
+    if not (math.isfinite(run.seconds) and run.seconds > 0 and all(map(math.isfinite, run.metrics.values()))):
+        raise InputError(f"{path}: seconds {run.seconds} must be above 0 and metrics {run.metrics} finite")
+    return run
+
+
+def _missing(places: Sequence[tuple[str, str]], runs: Sequence[Run]) -> tuple[str, ...]:
+    seeds = sorted({run.seed for run in runs})
+    there = {(run.scene, run.method, run.seed) for run in runs}
+    return tuple(f"{s}/{m}/seed-{n}" for s, m in places for n in seeds if (s, m, n) not in there)
+
+
+def estimate(values: Sequence[float]) -> Estimate:
+    """Mean of at least one value; with two or more, Student's t gives the margin."""
+    if len(values) < 2:
+        return Estimate(values[0], None)
+    return Estimate(statistics.fmean(values), _student(len(values) - 1) * statistics.stdev(values) / math.sqrt(len(values)))
+
+
+def _student(freedom: int) -> float:
+    """97.5 % quantile of Student's t: from the table, or by its series in 1 / freedom (Abramowitz and Stegun 26.7.5)."""
+    if freedom <= len(_T):
+        return _T[freedom - 1]
+    z, n = 1.959964, freedom
+    first, second = (z**3 + z) / 4, (5 * z**5 + 16 * z**3 + 3 * z) / 96
+    third = (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384
+    return z + first / n + second / n**2 + third / n**3
+
+
+def ratio(ours: float, theirs: float) -> float:
+    """Our error over theirs; equal errors, two zeros among them, are 1."""
+    if ours == theirs:
+        return 1.0
+    return ours / theirs if theirs else math.inf
+
+
+def geometric_mean(values: Iterable[float]) -> float:
+    """The mean for ratios: twice as good on one scene and half as good on another is 1."""
+    values = list(values)
+    return 0.0 if 0.0 in values else statistics.geometric_mean(values)
+
+
+def table(results: Results) -> str:
+    """table.csv: a row per scene, method and seed."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(run.row for run in results.runs)
+    return text.getvalue()

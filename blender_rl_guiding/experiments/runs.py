@@ -1,0 +1,68 @@
+"""A run's folder: image.exr and result.json, written last so that a folder with a result is a finished run."""
+
+import json
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numba
+
+from .. import __version__
+from ..errors import atomic
+from ..images import write_exr
+from ..render import Result
+from ..scene.data import SceneData
+from ..schema import to_dict
+from ..settings import Machine, Render
+
+
+def save_run(
+    folder: Path, scene: SceneData, method: str, settings: Render, machine: Machine, result: Result, metrics: dict[str, float] | None
+) -> None:
+    """Write a run. `metrics` are left out where there is no reference. InputError where the folder cannot be written."""
+    described = to_dict(settings)
+    header = {
+        "settings": json.dumps(described),
+        "scene_key": scene.key,
+        "scene": scene.name,
+        "program": f"blender_rl_guiding {__version__}",
+    }
+    write_exr(folder / "image.exr", result.image, header)
+    values: dict[str, Any] = {
+        "scene": scene.name,
+        "scene_key": scene.key,
+        "method": method,
+        "seed": settings.seed,
+        "spp": result.film.samples,
+        "finished": result.film.samples == settings.spp,
+        "resolution": [scene.camera.width, scene.camera.height],
+        "seconds": result.seconds,
+        "learn_seconds": result.learn_seconds,
+        "rays": result.rays,
+        "metrics": metrics,
+        "settings": described,
+        "machine": to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
+        "versions": _versions(),
+        "curve": result.curve,
+    }
+    with atomic(folder / "result.json") as part:
+        part.write_text(json.dumps(values, indent=1), encoding="utf-8")
+
+
+def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
+    """Whether the folder holds the finished run of just these settings, scene and program version."""
+    try:
+        values = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    expected = (scene.key, to_dict(settings), True, __version__)
+    version = values.get("versions", {}).get("blender_rl_guiding")
+    return (values.get("scene_key"), values.get("settings"), values.get("finished"), version) == expected
+
+
+def _versions() -> dict[str, str]:
+    packages = ("numpy", "torch", "embreex")
+    return {"blender_rl_guiding": __version__, "python": platform.python_version(), "numba": numba.__version__} | {
+        name: metadata.version(name) for name in packages
+    }

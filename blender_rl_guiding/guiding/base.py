@@ -1,0 +1,45 @@
+"""What a guide is to the renderer: it hands out directions for a pass, and learns from what the pass saw."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from .directions import Directions
+
+
+class Transitions(NamedTuple):
+    """(s, a, r, s') of path segments x -> y, in structure of arrays.
+
+    The light that arrives at x through the segment is estimated as reward + albedo / pi * (integral of what arrives at y times cosine).
+    """
+
+    order: np.ndarray  # (n,) int64, path * (bounces + 1) + bounce: sorting by it makes the sequence independent of threads
+    position: np.ndarray  # (n, 3) float32, x
+    normal: np.ndarray  # (n, 3) float32, shading normal at x
+    direction: np.ndarray  # (n, 3) float32, unit, from x to y
+    next_position: np.ndarray  # (n, 3) float32, y; where terminal anything
+    next_normal: np.ndarray  # (n, 3) float32
+    reward: np.ndarray  # (n,) float32, luminance: what y emits to x, and with NEE only what NEE leaves, plus y's light by NEE
+    albedo: np.ndarray  # (n,) float32, luminance of y's albedo; 0 where y ends the path
+
+
+class Guide(Protocol):
+    """Anything that proposes directions. A guide may be as wrong as it likes: that costs variance, never bias."""
+
+    def directions(self) -> Directions:
+        """The directions of the next pass; must not change until `learn` is called."""
+        ...
+
+    def wanted(self) -> int:
+        """How many transitions of the next pass to collect, about; 0 for a guide that does not learn."""
+        ...
+
+    def learn(self, transitions: Transitions) -> dict[str, float]:
+        """Learn from a pass; returns what a learning curve shows ("loss", ...)."""
+        ...
+
+
+def empty_transitions(count: int) -> Transitions:
+    """Room for `count` transitions."""
+    a, b, c, d, e = (np.zeros((count, 3), np.float32) for _ in range(5))
+    return Transitions(np.zeros(count, np.int64), a, b, c, d, e, np.zeros(count, np.float32), np.zeros(count, np.float32))

@@ -1,0 +1,77 @@
+"""The cells of the guiding table: found where transitions were, hashed over position and normal."""
+
+import numpy as np
+
+from ..kernels import kernel
+from ..sampling import F, mix, vector
+from .directions import UNKNOWN, Cells, cell_key, find_cell
+
+
+class CellTable:
+    """Grows as states are seen. Each cell stands for the mean of the states seen in it, so that it lies on the surface."""
+
+    def __init__(self, low: np.ndarray, cell: float) -> None:
+        """`low` is the lowest corner of the scene; half a cell is added below, so that walls on it lie inside cells."""
+        origin = (low - 0.5 * cell).astype(np.float32)
+        self.cells = Cells(origin, F(1 / cell), np.zeros(1024, np.uint64), np.zeros(1024, np.int32))
+        self._sums = np.zeros((512, 7))  # position, normal, count
+        self.count = 0
+
+    def insert(self, position: np.ndarray, normal: np.ndarray) -> None:
+        """Add states, (n, 3) float32 each, in their order."""
+        done = 0
+        while done < len(position):
+            done, self.count = insert_states(self.cells, position, normal, done, self._sums, self.count)
+            if done < len(position):
+                self._grow()
+
+    def states(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean position and unit mean normal of each cell, (C, 3) float32 each."""
+        sums = self._sums[: self.count]
+        normal = sums[:, 3:6] / np.linalg.norm(sums[:, 3:6], axis=1, keepdims=True)
+        return (sums[:, :3] / sums[:, 6:]).astype(np.float32), normal.astype(np.float32)
+
+    def _grow(self) -> None:
+        size = 2 * len(self.cells.keys)
+        old = self.cells
+        self.cells = Cells(old.origin, old.per_metre, np.zeros(size, np.uint64), np.zeros(size, np.int32))
+        rehash(old, self.cells)
+        self._sums = np.concatenate([self._sums, np.zeros_like(self._sums)])
+
+
+@kernel
+def insert_states(cells, position, normal, start, sums, count):
+    """Insert states from `start` on until done or the table is full; returns the first not inserted and the number of cells."""
+    for i in range(start, position.shape[0]):
+        x, n = vector(position, i), vector(normal, i)
+        row = find_cell(cells, x, n)
+        if row == UNKNOWN:
+            if count == sums.shape[0]:
+                return i, count
+            row = np.int32(count)
+            put(cells, cell_key(cells, x, n), row)
+            count += 1
+        for axis in range(3):
+            sums[row, axis] += x[axis]
+            sums[row, 3 + axis] += n[axis]
+        sums[row, 6] += 1.0
+    return position.shape[0], count
+
+
+@kernel
+def put(cells, key, row):
+    """Store a key that is not in the table."""
+    mask = np.uint64(cells.keys.shape[0] - 1)
+    at = mix(key) & mask
+    while cells.keys[at] != np.uint64(0):
+        at = (at + np.uint64(1)) & mask
+    cells.keys[at] = key
+    cells.rows[at] = row
+
+
+@kernel
+def rehash(old, new):
+    """Copy every key of a table to a larger one."""
+    for i in range(old.keys.shape[0]):
+        if old.keys[i] != np.uint64(0):
+            put(new, old.keys[i], old.rows[i])

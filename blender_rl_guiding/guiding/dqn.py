@@ -1,0 +1,120 @@
+"""Guide `dqn`: a deep Q-network learns the incident radiance by expected SARSA while the image renders.
+
+The network learns from replayed transitions after every pass; then it is evaluated once for each cell of a table, and the
+tracer draws directions from that table.
+"""
+
+import numpy as np
+import torch
+
+from ..kernels import kernel
+from ..sampling import tangents, to_local, vector
+from ..scene.data import SceneData
+from ..settings import DQN
+from .base import Transitions
+from .cells import CellTable
+from .directions import Directions, one_cell
+from .network import QNetwork, soft_update, target_of
+from .patches import mean_cosines, patch_of
+from .replay import ReplayMemory
+
+TORCH_THREADS = 1  # the rounding of sums depends on it, so it must not follow the machine; more hardly help networks this small
+MEAN_REWARD = 0.1  # what rewards are scaled to, so that the network's outputs have one range whatever the scene's brightness
+SMALL_Q = 0.01  # what the relative error adds to Q squared
+
+
+class DQNGuide:
+    """See `Guide`.
+
+    Departs from the method as published: (1) the tracer reads the network through a table over cells; (2) rewards are scaled to
+    a mean of 0.1 over the first pass that saw light; (3) the loss may be relative to Q^2, because a direction's probability has to be right
+    relative to itself (as in neural radiance caching, Mueller et al. 2021).
+    """
+
+    def __init__(self, settings: DQN, scene: SceneData, seed: int) -> None:
+        torch.set_num_threads(TORCH_THREADS)
+        torch.manual_seed(seed)
+        self._settings = settings
+        self._rng = np.random.default_rng(seed)
+        low, high = scene.bounds
+        self._centre, self._half = (low + high) / 2, np.maximum(high - low, 1e-6) / 2
+        self._cells = CellTable(low, float((high - low).max()) / settings.cells)
+        self._memory = ReplayMemory(settings.memory)
+        self._online = QNetwork(settings)
+        self._target = target_of(self._online)
+        self._optimiser = torch.optim.Adam(self._online.parameters(), settings.learning_rate)
+        self._schedule = torch.optim.lr_scheduler.ExponentialLR(self._optimiser, settings.decay)
+        self._cosines = torch.from_numpy(mean_cosines(settings.rows, settings.columns))
+        self._scale = 0.0  # on rewards; 0 while no light was found
+        self._steps = 0
+        self._directions = one_cell(bsdf_fraction=1.0)
+
+    def directions(self) -> Directions:
+        return self._directions
+
+    def wanted(self) -> int:
+        return self._settings.recorded
+
+    def learn(self, transitions: Transitions) -> dict[str, float]:
+        """Remember the pass, train, and lay the network out as a table."""
+        settings = self._settings
+        self._cells.insert(transitions.position, transitions.normal)
+        self._memory.add(transitions)
+        if self._scale == 0.0 and transitions.reward.any():
+            self._scale = MEAN_REWARD / float(transitions.reward.mean())
+        steps = min(settings.steps, settings.max_steps - self._steps)
+        if self._scale == 0.0 or len(self._memory) < settings.learning_starts or steps <= 0:
+            return {}
+        losses = [self._train(self._memory.sample(settings.batch, self._rng)) for _ in range(steps)]
+        self._steps += steps
+        self._directions = self._tabulate()
+        return {"loss": float(np.mean(losses)), "steps": self._steps, "cells": self._cells.count}
+
+    def _train(self, batch: Transitions) -> float:
+        """One step of Adam on the mean of (Q(s, a; w) - target(s'; w-))^2, or of that relative to Q^2."""
+        s = self._settings
+        patches = torch.from_numpy(patches_of(s.rows, s.columns, batch.normal, batch.direction))
+        q = self._online(*self._state(batch.position, batch.normal)).gather(1, patches[:, None])[:, 0]
+        error = (q - self._expected_sarsa(batch)).square()
+        if s.error == "relative":
+            error = error / (q.detach().square() + SMALL_Q)
+        loss = error.mean()
+        self._optimiser.zero_grad()
+        loss.backward()
+        self._optimiser.step()
+        self._schedule.step()
+        soft_update(self._target, self._online, s.tau)
+        return loss.item()
+
+    @torch.no_grad()
+    def _expected_sarsa(self, batch: Transitions) -> torch.Tensor:
+        """r + (2 pi / N) sum_k Q(s', k; w-) albedo / pi cos(theta_k), with the cosine's exact mean over each patch."""
+        arriving = self._target(*self._state(batch.next_position, batch.next_normal)) @ self._cosines
+        reward, albedo = torch.from_numpy(batch.reward), torch.from_numpy(batch.albedo)
+        return reward * self._scale + albedo * (2 / len(self._cosines)) * arriving
+
+    @torch.no_grad()
+    def _tabulate(self) -> Directions:
+        """Patch probabilities of every cell by the online network."""
+        s = self._settings
+        weights = self._online(*self._state(*self._cells.states()))
+        if s.weights == "product":
+            weights = weights * self._cosines
+        cdf = weights.double().cumsum(1)
+        cdf = (cdf / cdf[:, -1:]).float().numpy()
+        return Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self._cells.cells, cdf)
+
+    def _state(self, position: np.ndarray, normal: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
+        """x in [-1, 1]^3 by the scene's bounds, and n."""
+        return torch.from_numpy(((position - self._centre) / self._half).astype(np.float32)), torch.from_numpy(normal)
+
+
+@kernel
+def patches_of(rows, columns, normal, direction):
+    """The patch that each direction passes through in the frame of its normal: (n,) int64."""
+    patches = np.empty(normal.shape[0], np.int64)
+    for i in range(normal.shape[0]):
+        n = vector(normal, i)
+        t, b = tangents(n)
+        patches[i] = patch_of(rows, columns, to_local(t, b, n, vector(direction, i)))
+    return patches

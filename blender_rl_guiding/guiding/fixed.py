@@ -1,0 +1,30 @@
+"""The guides that never learn: `uniform`, the slides' baseline, and `bsdf`, the honest one."""
+
+from .base import Transitions
+from .directions import Directions, one_cell
+
+
+class FixedGuide:
+    """The same directions from the first pass to the last."""
+
+    def __init__(self, directions: Directions) -> None:
+        self._directions = directions
+
+    def directions(self) -> Directions:
+        return self._directions
+
+    def wanted(self) -> int:
+        return 0
+
+    def learn(self, transitions: Transitions) -> dict[str, float]:
+        return {}
+
+
+def uniform() -> FixedGuide:
+    """pdf 1 / (2 pi) over the hemisphere."""
+    return FixedGuide(one_cell(bsdf_fraction=0.0))
+
+
+def bsdf() -> FixedGuide:
+    """The material's own sampling."""
+    return FixedGuide(one_cell(bsdf_fraction=1.0))

@@ -1,0 +1,85 @@
+"""Images in and out: OpenEXR for the numbers, PNG for the eye. Images are (H, W, 3) float32, linear RGB, top row first."""
+
+import contextlib
+import io
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+from PIL import Image
+
+from .errors import InputError, atomic
+
+
+def write_exr(path: Path, image: np.ndarray, header: Mapping[str, str]) -> None:
+    """Write 32-bit R, G, B with `header` as string attributes. InputError where the file cannot be written."""
+    attributes = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
+    pixels = np.ascontiguousarray(image, np.float32)
+    with atomic(path) as part:
+        part.touch()  # a place that cannot be written is told by the system's own reason; OpenEXR's says nothing
+        try:
+            with _quiet(), OpenEXR.File(attributes, {"RGB": pixels}) as file:
+                file.write(str(part))
+        except RuntimeError as error:
+            raise InputError(f"cannot write {path}: {error}") from error
+
+
+def read_exr(path: Path) -> tuple[np.ndarray, dict[str, str]]:
+    """Read the image and the string attributes of an EXR file.
+
+    Takes channels R, G, B of any part and precision, or those of the pass Combined in Blender's multi-layer files; alpha
+    is left out. InputError on a file that cannot be read, is damaged, or has no such channels.
+    """
+    try:
+        path.open("rb").close()
+        with _quiet(), OpenEXR.File(str(path), separate_channels=True) as file:
+            return _rgb(file.parts, path), {k: v for k, v in file.header().items() if isinstance(v, str)}
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (RuntimeError, ValueError) as error:
+        raise InputError(f"{path}: not an EXR image, or damaged") from error
+
+
+def _rgb(parts: list[OpenEXR.Part], path: Path) -> np.ndarray:
+    channels = {name: channel.pixels for part in parts for name, channel in part.channels.items()}
+    layers = ["", *(name.removesuffix("R") for name in channels if name.endswith(".Combined.R"))]
+    for layer in layers:
+        names = [layer + c for c in "RGB"]
+        if channels.keys() >= set(names):
+            return np.stack([channels[name] for name in names], axis=-1).astype(np.float32)
+    raise InputError(f"{path}: no channels R, G, B or Combined among {', '.join(channels) or 'none, or damaged'}")
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Hold back what OpenEXR prints about a bad file: part through Python's stdout, part straight to descriptor 2."""
+    with contextlib.redirect_stdout(io.StringIO()), open(os.devnull, "wb") as sink:
+        stderr = os.dup(2)
+        os.dup2(sink.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+
+
+def to_display(linear: np.ndarray) -> np.ndarray:
+    """Linear values of any shape, clipped to 0..1, as 8-bit sRGB codes."""
+    x = np.clip(linear, 0.0, 1.0)
+    codes = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+    return (codes * 255.0 + 0.5).astype(np.uint8)
+
+
+def png(pixels: np.ndarray) -> bytes:
+    """A PNG file's bytes from (H, W, 3) uint8 codes."""
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+def write_png(path: Path, image: np.ndarray) -> None:
+    """Write a linear image as sRGB PNG. InputError where the file cannot be written."""
+    with atomic(path) as part:
+        part.write_bytes(png(to_display(image)))

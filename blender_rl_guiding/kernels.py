@@ -1,0 +1,31 @@
+"""How kernels are compiled: one decorator, and a cache folder that changes with the source.
+
+Numba's own cache looks only at the file a function stands in, so a kernel would go stale when a function it calls in another
+file changes. Keying the folder by all of the package's source makes that impossible.
+"""
+
+import hashlib
+import os
+from pathlib import Path
+
+import numba
+import numba.core.config
+
+
+def cache_home() -> Path:
+    """The folder for whatever can be made again: compiled kernels and reference images."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "blender_rl_guiding"
+
+
+def _source_key() -> str:
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+setattr(numba.core.config, "CACHE_DIR", str(cache_home() / "kernels" / _source_key()))  # noqa: B010  # unknown to the type checker
+
+# Not full fastmath: it may reorder sums differently in a vectorised loop and in its remainder, so that a path's value would
+# depend on its place in the batch; and it assumes away the NaNs that the film looks for.
+kernel = numba.njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})

@@ -1,0 +1,166 @@
+"""Vectors, tangent frames, warps and keyed random streams, as small kernels in single precision.
+
+A vector is a tuple of three float32. Local frames have the normal along +z.
+"""
+
+import math
+
+import numpy as np
+
+from .kernels import kernel
+
+F = np.float32
+PI = F(math.pi)
+TWO_PI = F(2 * math.pi)
+INV_PI = F(1 / math.pi)
+
+# --- vectors ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def vector(array, i):
+    """Row i of an (n, 3) array."""
+    return array[i, 0], array[i, 1], array[i, 2]
+
+
+@kernel
+def store(array, i, v):
+    """Write v to row i of an (n, 3) array."""
+    array[i, 0] = v[0]
+    array[i, 1] = v[1]
+    array[i, 2] = v[2]
+
+
+@kernel
+def accumulate(array, i, v):
+    """Add v to row i of an (n, 3) array."""
+    array[i, 0] += v[0]
+    array[i, 1] += v[1]
+    array[i, 2] += v[2]
+
+
+@kernel
+def dot(a, b):
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def add(a, b):
+    """a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@kernel
+def subtract(a, b):
+    """a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@kernel
+def multiply(a, b):
+    """Component by component, as colours do."""
+    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
+
+
+@kernel
+def scale(a, s):
+    """s a."""
+    return a[0] * s, a[1] * s, a[2] * s
+
+
+@kernel
+def normalize(a):
+    """The unit vector along a; NaN for the zero vector."""
+    return scale(a, F(1) / math.sqrt(dot(a, a)))
+
+
+@kernel
+def luminance(c):
+    """Luminance of linear Rec. 709 RGB."""
+    return F(0.2126) * c[0] + F(0.7152) * c[1] + F(0.0722) * c[2]
+
+
+# --- tangent frames --------------------------------------------------------------------------------------------------
+
+
+@kernel
+def tangents(n):
+    """Two unit vectors that make a right-handed frame with the unit normal n (Duff et al. 2017).
+
+    The published form changes sign at n.z = 0, where every vertical wall lies, so that rounding would turn the frame from one
+    triangle of a wall to the next. Here it changes at n.z = -0.8: still at least 0.2 away from the pole of the division.
+    """
+    sign = F(1) if n[2] > F(-0.8) else F(-1)
+    a = F(-1) / (sign + n[2])
+    b = n[0] * n[1] * a
+    return (F(1) + sign * n[0] * n[0] * a, sign * b, -sign * n[0]), (b, sign + n[1] * n[1] * a, -n[1])
+
+
+@kernel
+def to_world(tangent, bitangent, n, v):
+    """From the local frame to world space."""
+    return add(add(scale(tangent, v[0]), scale(bitangent, v[1])), scale(n, v[2]))
+
+
+@kernel
+def to_local(tangent, bitangent, n, v):
+    """From world space to the local frame."""
+    return dot(tangent, v), dot(bitangent, v), dot(n, v)
+
+
+# --- warps -----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def cosine_hemisphere(u, v):
+    """A direction around +z with pdf cos(theta) / pi, from two uniform numbers (Malley's method)."""
+    r = math.sqrt(u)
+    phi = TWO_PI * v
+    return r * math.cos(phi), r * math.sin(phi), math.sqrt(F(1) - u)
+
+
+@kernel
+def uniform_triangle(u, v):
+    """Barycentric coordinates of vertices 1 and 2, uniform over the triangle's area (Heitz 2019)."""
+    if v > u:
+        return F(0.5) * u, v - F(0.5) * u
+    return u - F(0.5) * v, F(0.5) * v
+
+
+@kernel
+def pick(cdf, row, count, u):
+    """The first of `count` entries whose cumulative probability in `cdf[row]` exceeds u in [0, 1)."""
+    low, high = 0, count - 1
+    while low < high:
+        middle = (low + high) >> 1
+        if cdf[row, middle] > u:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+# --- random streams --------------------------------------------------------------------------------------------------
+
+
+@kernel
+def mix(z):
+    """The finaliser of SplitMix64 (Steele et al. 2014)."""
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
+
+
+@kernel
+def stream(seed, pixel, sample):
+    """The key of one path's random numbers; different for any other seed, pixel or sample."""
+    key = mix(np.uint64(seed) + np.uint64(0x9E3779B97F4A7C15))
+    return mix(key + (np.uint64(pixel) << np.uint64(32)) + np.uint64(sample))
+
+
+@kernel
+def uniform2(key, dimension):
+    """Two independent numbers in [0, 1), multiples of 2^-24: a pure function of the stream's key and the dimension."""
+    bits = mix(key + np.uint64(dimension + 1) * np.uint64(0x9E3779B97F4A7C15))
+    return F(bits >> np.uint64(40)) * F(2**-24), F((bits >> np.uint64(8)) & np.uint64(0xFFFFFF)) * F(2**-24)

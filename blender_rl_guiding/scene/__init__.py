@@ -1,0 +1,1 @@
+"""What is rendered: the scene bundle, its camera, geometry and lights."""

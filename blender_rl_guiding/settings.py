@@ -1,0 +1,94 @@
+"""Every knob of the renderer. Command line, JSON, Blender properties and the settings page are made from this file."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from .schema import Settings, SettingsError, flags, setting
+
+
+@dataclass(frozen=True)
+class NoEncoding(Settings, kind="none"):
+    """Position and normal as they are."""
+
+
+@dataclass(frozen=True)
+class Frequency(Settings):
+    """Sines and cosines of the position in octaves of frequency."""
+
+    octaves: int = setting(4, "Number of octaves L; the network reads 6 + 6 L numbers.", min=1, max=16)
+
+
+Encoder = NoEncoding | Frequency
+
+
+@dataclass(frozen=True)
+class Uniform(Settings):
+    """Every direction of the hemisphere is equally likely."""
+
+
+@dataclass(frozen=True)
+class BSDF(Settings):
+    """The material's own sampling: what every renderer does."""
+
+
+@dataclass(frozen=True)
+class DQN(Settings):
+    """A deep Q-network learns the incident radiance while the image renders."""
+
+    encoder: Encoder = setting(Frequency(), "How a surface point is presented to the network.")
+    layers: int = setting(3, "Number of dense layers.", min=1, max=16)
+    width: int = setting(64, "Neurons in each hidden layer.", min=1, max=4096)
+    rows: int = setting(12, "Patches of the hemisphere along cos(theta).", min=1, max=64)
+    columns: int = setting(18, "Patches of the hemisphere along phi.", min=1, max=128)
+    weights: Literal["radiance", "product"] = setting("product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.")
+    bsdf_fraction: float = setting(0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, label="BSDF Fraction")
+    cells: int = setting(48, "Cells along the scene's longest side; the network is laid out as a table over them.", min=1, max=1024)
+    error: Literal["squared", "relative"] = setting("relative", "Squared error, or squared error relative to Q squared.")
+    recorded: int = setting(60_000, "Transitions to remember of each sample per pixel, about.", min=1, max=10_000_000)
+    memory: int = setting(120_000, "Transitions that the replay memory holds.", min=1, max=10_000_000)
+    learning_starts: int = setting(8_192, "Transitions in memory before the first training step.", min=1, max=10_000_000)
+    batch: int = setting(2_048, "Transitions in one training step.", min=1, max=1_000_000)
+    steps: int = setting(40, "Training steps after each sample per pixel.", min=0, max=100_000)
+    max_steps: int = setting(100_000, "Training steps in all.", min=0, max=10_000_000)
+    learning_rate: float = setting(1e-2, "Step size of Adam at the start.", min=1e-8, max=1.0)
+    decay: float = setting(0.998, "Factor on the step size after each step.", min=0.5, max=1.0)
+    tau: float = setting(0.05, "Share of the online network that enters the target network after each step.", min=0.0, max=1.0)
+
+
+Guide = Uniform | BSDF | DQN
+
+
+@dataclass(frozen=True)
+class Render(Settings):
+    """What is rendered: these settings, the scene and nothing else decide the image."""
+
+    spp: int = setting(32, "Samples per pixel.", min=1, max=1_000_000, label="Samples")
+    max_bounces: int = setting(-1, "Scattering events of the longest path: 0 shows emitters only, -1 takes the scene's.", min=-1, max=1024)
+    nee: bool = setting(False, "Sample the lights too, combined by multiple importance sampling.", label="Next-Event Estimation")
+    seed: int = setting(0, "Seed of the random streams.", min=0, max=2**31 - 1)
+    guide: Guide = setting(BSDF(), "How the next direction of a path is chosen.")
+
+
+PRESETS = {
+    "uniform_nee": Render(nee=True, guide=Uniform()),
+    "bsdf_nee": Render(nee=True, guide=BSDF()),
+    "dqn_nee": Render(nee=True, guide=DQN()),
+}
+
+
+def method(name: str) -> Render:
+    """The settings behind a method's name: a preset, or a guide with its defaults. SettingsError on any other."""
+    guides = dict(flags(Render))["guide"].variants
+    if name in PRESETS:
+        return PRESETS[name]
+    if name in guides:
+        return Render(guide=guides[name]())
+    raise SettingsError(f"method {name!r} is neither a guide ({', '.join(guides)}) nor a preset ({', '.join(PRESETS)})")
+
+
+@dataclass(frozen=True)
+class Machine(Settings):
+    """How the work is laid out on this machine; the image does not depend on it."""
+
+    threads: int = setting(0, "Rendering threads; 0 takes every core.", min=0, max=1024)
+    batch: int = setting(16_384, "Paths in one thread's wavefront.", min=1, max=1_048_576)

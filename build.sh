@@ -1,0 +1,92 @@
+#!/usr/bin/env bash
+# The one door to the project: sets up its environment where needed, then does what is asked.
+set -euo pipefail
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")"
+unset PYTHONHOME PYTHONPATH VIRTUAL_ENV UV_PROJECT_ENVIRONMENT PIP_USER PIP_TARGET PIP_PREFIX # of another project, or of the caller's shell
+export UV_HTTP_TIMEOUT=300 # torch and bpy are large
+
+UV_VERSION=0.13.9
+
+usage() {
+    cat <<'EOF'
+./build.sh setup     make .venv: uv, Python 3.13, locked dependencies (the others do this by themselves)
+./build.sh demo      open scenes/c1.blend, render it by three methods, compare them in out/demo/report.html
+./build.sh test      run the tests; further arguments go to pytest, e.g. -k metrics
+./build.sh check     formatter, linter, type checker, import contracts
+./build.sh bench     speed against Mitsuba and Cycles, in out/bench/latest.json
+EOF
+}
+
+fail() {
+    echo "build.sh: $*" >&2
+    exit 1
+}
+
+# Prints the uv to use: the one on PATH, or a private one from PyPI.
+find_uv() {
+    if command -v uv; then return; fi
+    if [[ ! -x .uv/bin/uv ]]; then
+        echo "Getting uv $UV_VERSION from PyPI into .uv/ ..." >&2
+        rm -rf .uv
+        python3 -m venv .uv >&2 || fail "no uv on PATH, and python3 -m venv failed: install Python 3 with venv (Debian: python3-venv), or uv"
+        .uv/bin/python -m pip install --quiet --disable-pip-version-check "uv==$UV_VERSION" >&2 || fail "uv $UV_VERSION could not be installed from PyPI"
+    fi
+    echo .uv/bin/uv
+}
+
+# Prints a Python 3.13: on PATH, under pyenv, or a version for uv to download.
+find_python() {
+    local candidate
+    for candidate in python3.13 "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.13.*/bin/python; do
+        # A pyenv shim of that name may exist and still refuse to run.
+        if "$candidate" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 13))' 2>/dev/null; then
+            "$candidate" -c 'import sys; print(sys.executable)'
+            return
+        fi
+    done
+    echo 3.13
+}
+
+# setup [group]: brings .venv up to date, with a further dependency group if named; does nothing if nothing changed.
+setup() {
+    local stamp=.venv/.stamp uv key
+    key="$(cat build.sh pyproject.toml uv.lock | cksum) $PWD ${1:-}"
+    if [[ -f $stamp && "$(<"$stamp")" == "$key"* ]]; then return; fi
+    uv=$(find_uv)
+    "$uv" sync --frozen --python "$(find_python)" ${1:+--group "$1"}
+    printf '%s' "$key" >"$stamp"
+}
+
+command=${1:-help}
+shift || true
+case $command in
+setup)
+    setup
+    ;;
+demo)
+    setup
+    .venv/bin/rlg compare scenes/c1.blend --methods uniform,bsdf,dqn --spp 32 --seeds 1 --out out/demo
+    ;;
+test)
+    setup
+    .venv/bin/python -m pytest "$@"
+    ;;
+check)
+    setup
+    .venv/bin/ruff format --check
+    .venv/bin/ruff check
+    .venv/bin/pyright
+    .venv/bin/lint-imports
+    ;;
+bench)
+    setup bench
+    .venv/bin/python -m benchmarks "$@"
+    ;;
+help | -h | --help)
+    usage
+    ;;
+*)
+    usage >&2
+    fail "there is no command '$command'"
+    ;;
+esac

@@ -1,0 +1,157 @@
+"""What the scenes of the slides are built from: walls, spheres, lights, a camera and the settings for a fair comparison.
+
+Points are written as the slides write them, (x, y up, z into the picture), which is left-handed; `place` swaps y and z,
+and the pictures come out the right way round. Units are metres. Runs under the bpy module: python scenes/build/a1.py
+"""
+
+import math
+from pathlib import Path
+
+import bpy
+import mathutils  # pyright: ignore[reportMissingImports]  # a part of bpy
+
+SCENES = Path(__file__).resolve().parents[1]
+Point = tuple[float, float, float]
+Color = tuple[float, float, float]
+WHITE, RED, BLUE = (0.75, 0.75, 0.75), (0.75, 0.25, 0.25), (0.25, 0.25, 0.75)
+
+
+def place(point: Point) -> mathutils.Vector:
+    """From the slides' axes to Blender's."""
+    x, y, z = point
+    return mathutils.Vector((x, z, y))
+
+
+def start(name: str, resolution: int, max_bounces: int) -> None:
+    """An empty scene with a black world, square pixels and unbiased Cycles."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.name = name
+    scene.world = bpy.data.worlds.new("Black")
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
+    render = scene.render
+    render.engine = "CYCLES"
+    render.resolution_x = render.resolution_y = resolution
+    render.filepath = "//"
+    scene.view_settings.view_transform = "Standard"
+    _set_up_cycles(scene.cycles, max_bounces)
+
+
+def _set_up_cycles(cycles: bpy.types.bpy_struct, max_bounces: int) -> None:
+    """Switch off whatever makes Cycles' image differ from the plain integral."""
+    cycles.samples = 1024
+    cycles.pixel_filter_type = "BOX"
+    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
+    for kind in ("max", "diffuse", "glossy", "transmission"):
+        setattr(cycles, f"{kind}_bounces", max_bounces)
+
+
+def diffuse(name: str, color: Color) -> bpy.types.Material:
+    """A Lambertian material of the given albedo."""
+    return _material(name, "ShaderNodeBsdfDiffuse", "BSDF", color)
+
+
+def emitter(name: str, radiance: float) -> bpy.types.Material:
+    """A white light that reflects nothing."""
+    return _material(name, "ShaderNodeEmission", "Emission", (1, 1, 1), Strength=radiance)
+
+
+def _material(name: str, node: str, output: str, color: Color, **inputs: float) -> bpy.types.Material:
+    material = bpy.data.materials.new(name)
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader = tree.nodes.new(node)
+    for socket, value in ({"Color": (*color, 1)} | inputs).items():
+        shader.inputs[socket].default_value = value
+    tree.links.new(shader.outputs[output], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    return material
+
+
+def _link(name: str, mesh: bpy.types.Mesh, material: bpy.types.Material) -> bpy.types.Object:
+    """The material is linked to the object, so that objects can share one mesh."""
+    thing = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(thing)
+    thing.material_slots[0].link = "OBJECT"
+    thing.material_slots[0].material = material
+    return thing
+
+
+def quad(name: str, low: Point, high: Point, facing: Point, material: bpy.types.Material) -> None:
+    """One rectangle between two opposite corners that agree in one coordinate, its front towards the point `facing`."""
+    axis = next(i for i in range(3) if low[i] == high[i])
+    u = (axis + 1) % 3
+    corners = [list(low), list(low), list(high), list(high)]
+    corners[1][u], corners[3][u] = high[u], low[u]
+    points = [place((x, y, z)) for x, y, z in corners]
+    if (points[1] - points[0]).cross(points[2] - points[0]).dot(place(facing) - points[0]) < 0:
+        points.reverse()
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points, [], [(0, 1, 2, 3)])
+    mesh.materials.append(None)
+    _link(name, mesh, material)
+
+
+def ceiling_light(low: Point, high: Point, radiance: float) -> None:
+    """A light that shines downwards only: Cycles' emitters shine on both sides, so a black sheet of the same size lies just above."""
+    below, above = (0, -1e3, 0), (0, 1e3, 0)
+    quad("Light", low, high, below, emitter("Light", radiance))
+    (x0, y, z0), (x1, _, z1) = low, high
+    quad("Back of light", (x0, y + 0.0005, z0), (x1, y + 0.0005, z1), above, diffuse("Black", (0, 0, 0)))
+
+
+def sphere(name: str, centre: Point, radius: float, color: Color) -> None:
+    """A smooth sphere of 128 x 64; all of a scene share one mesh."""
+    mesh = bpy.data.meshes.get("Sphere") or _sphere_mesh()
+    thing = _link(name, mesh, diffuse(name, color))
+    thing.location = place(centre)
+    thing.scale = (radius, radius, radius)
+
+
+def _sphere_mesh(segments: int = 128, rings: int = 64) -> bpy.types.Mesh:
+    """Radius 1, poles up and down. Blender's own operator numbers its faces differently each time."""
+    rows, columns = range(1, rings), range(segments)
+    points = [_on_sphere(math.pi * i / rings, math.tau * j / segments) for i in rows for j in columns]
+    top, bottom = len(points), len(points) + 1
+
+    def at(i: int, j: int) -> int:
+        return (i - 1) * segments + j % segments
+
+    faces = [(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)) for i in rows[:-1] for j in columns]
+    faces += [(top, at(1, j), at(1, j + 1)) for j in columns]
+    faces += [(bottom, at(rings - 1, j + 1), at(rings - 1, j)) for j in columns]
+    mesh = bpy.data.meshes.new("Sphere")
+    mesh.from_pydata([*points, (0, 0, 1), (0, 0, -1)], [], faces)
+    mesh.shade_smooth()
+    mesh.materials.append(None)
+    return mesh
+
+
+def _on_sphere(theta: float, phi: float) -> Point:
+    return math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)
+
+
+def camera(eye: Point, target: Point, vfov: float) -> None:
+    """A pinhole with the given vertical field of view in degrees."""
+    data = bpy.data.cameras.new("Camera")
+    data.sensor_fit = "VERTICAL"
+    data.lens = data.sensor_height / 2 / math.tan(math.radians(vfov) / 2)
+    thing = bpy.data.objects.new("Camera", data)
+    bpy.context.scene.collection.objects.link(thing)
+    thing.location = place(eye)
+    thing.rotation_euler = (place(target) - place(eye)).to_track_quat("-Z", "Y").to_euler()
+    bpy.context.scene.camera = thing
+
+
+def finish() -> None:
+    """Write scenes/NAME.blend, then a preview by Cycles beside it."""
+    scene = bpy.context.scene
+    for browser in (space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "FILE_BROWSER"):
+        if browser.params:
+            browser.params.directory = b""  # the home folder of whoever built the scene
+    bpy.context.preferences.filepaths.save_version = 0  # no .blend1
+    bpy.ops.wm.save_as_mainfile(filepath=str(SCENES / f"{scene.name}.blend"), compress=True)
+    scene.render.use_stamp_filename = scene.render.use_stamp_date = scene.render.use_stamp_render_time = False
+    scene.cycles.samples, scene.cycles.use_denoising = 64, True
+    scene.render.filepath = str(SCENES / f"{scene.name}.png")
+    bpy.ops.render.render(write_still=True)

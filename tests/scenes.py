@@ -1,0 +1,113 @@
+"""Small scenes built in code, so that the tracer's tests depend on no exporter."""
+
+import math
+
+import numpy as np
+
+from blender_rl_guiding.scene.data import Camera, Material, SceneData
+
+Vector = tuple[float, float, float]
+
+
+def material(name: str, albedo: Vector = (0.0, 0.0, 0.0), emission: Vector = (0.0, 0.0, 0.0)) -> Material:
+    return Material(name, albedo, emission)
+
+
+class Builder:
+    """Collects quads and spheres."""
+
+    def __init__(self) -> None:
+        self.vertices, self.normals, self.material, self.materials = [], [], [], []
+
+    def triangle(self, corners, normals, of: Material) -> None:
+        if of not in self.materials:
+            self.materials.append(of)
+        self.vertices.append(np.asarray(corners, np.float64))
+        self.normals.append(np.asarray(normals, np.float64))
+        self.material.append(self.materials.index(of))
+
+    def quad(self, a, b, c, d, of: Material) -> None:
+        """A flat quadrilateral; its normal follows the winding."""
+        a, b, c, d = (np.asarray(p, np.float64) for p in (a, b, c, d))
+        n = np.cross(b - a, c - a)
+        n = n / np.linalg.norm(n)
+        self.triangle((a, b, c), (n, n, n), of)
+        self.triangle((a, c, d), (n, n, n), of)
+
+    def sphere(self, centre, radius: float, of: Material, segments: int = 128, rings: int = 64, inward: bool = False) -> None:
+        """A tessellated sphere with smooth normals."""
+        centre = np.asarray(centre, np.float64)
+        sign = -1.0 if inward else 1.0
+
+        def point(i: int, j: int):
+            theta, phi = math.pi * i / rings, 2 * math.pi * (j % segments) / segments
+            return np.array(
+                (
+                    math.sin(theta) * math.cos(phi),
+                    math.sin(theta) * math.sin(phi),
+                    math.cos(theta) if 0 < i < rings else (1.0 if i == 0 else -1.0),
+                )
+            )
+
+        for i in range(rings):
+            for j in range(segments):
+                a, b, c, d = point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)
+                for corners in ([a, b, c], [a, c, d]):
+                    if (i == 0 and corners[1] is c) or (i == rings - 1 and corners[1] is b):
+                        continue
+                    if inward:
+                        corners = corners[::-1]
+                    n = np.array(corners)
+                    self.triangle(centre + radius * n, sign * n, of)
+
+    def scene(self, camera: Camera, world: Vector = (0.0, 0.0, 0.0), max_bounces: int = 9, name: str = "test") -> SceneData:
+        vertices = np.concatenate(self.vertices).astype(np.float32)
+        return SceneData(
+            name=name,
+            vertices=vertices,
+            triangles=np.arange(len(vertices), dtype=np.int32).reshape(-1, 3),
+            normals=np.array(self.normals, np.float32),
+            material=np.array(self.material, np.int32),
+            materials=tuple(self.materials),
+            camera=camera,
+            world=world,
+            max_bounces=max_bounces,
+        )
+
+
+def look(position: Vector, target: Vector, vfov: float, width: int, height: int) -> Camera:
+    """A camera at `position` with z up; vfov in degrees."""
+    position, target = np.asarray(position, np.float64), np.asarray(target, np.float64)
+    back = (position - target) / np.linalg.norm(position - target)
+    right = np.cross((0.0, 0.0, 1.0), back)
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([right, np.cross(back, right), back, position], axis=1)
+    tan_y = math.tan(math.radians(vfov) / 2)
+    return Camera(tuple(map(tuple, matrix.tolist())), tan_y * width / height, tan_y, width, height)
+
+
+def box(builder: Builder, low: Vector, high: Vector, walls: dict[str, Material]) -> None:
+    """Inward-facing walls: any of -x +x -y +y -z +z."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    quads = {
+        "-x": ((x0, y0, z0), (x0, y1, z0), (x0, y1, z1), (x0, y0, z1)),
+        "+x": ((x1, y0, z0), (x1, y0, z1), (x1, y1, z1), (x1, y1, z0)),
+        "-y": ((x0, y0, z0), (x0, y0, z1), (x1, y0, z1), (x1, y0, z0)),
+        "+y": ((x0, y1, z0), (x1, y1, z0), (x1, y1, z1), (x0, y1, z1)),
+        "-z": ((x0, y0, z0), (x1, y0, z0), (x1, y1, z0), (x0, y1, z0)),
+        "+z": ((x0, y0, z1), (x0, y1, z1), (x1, y1, z1), (x1, y0, z1)),
+    }
+    for side, of in walls.items():
+        builder.quad(*quads[side], of)
+
+
+def c1(size: int = 250, max_bounces: int = 9) -> SceneData:
+    """Scene C1 of the slides, y and z swapped."""
+    grey, red, blue = (material(n, c) for n, c in (("grey", (0.75,) * 3), ("red", (0.75, 0.25, 0.25)), ("blue", (0.25, 0.25, 0.75))))
+    b = Builder()
+    box(b, (-1.5, -1.5, 0), (1.5, 1.5, 1), {"-x": red, "+x": blue, "-y": grey, "+y": grey, "-z": grey, "+z": grey})
+    b.quad((-0.3, -0.4, 0.999), (-0.3, 0.4, 0.999), (0.3, 0.4, 0.999), (0.3, -0.4, 0.999), material("light", emission=(8.0, 8.0, 8.0)))
+    for x, colour in ((-0.6, (0.75, 0.35, 0.35)), (0.0, (0.25, 0.35, 0.65)), (0.6, (0.35, 0.85, 0.15))):
+        b.sphere((x, 0, 0.201), 0.2, material(f"sphere {x}", colour))
+    return b.scene(look((0, -1.3, 0.5), (0, 0, 0.5), 70, size, size), max_bounces=max_bounces, name="c1")

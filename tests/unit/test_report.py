@@ -1,0 +1,210 @@
+"""The report: numbers against those worked out by hand, whatever may be missing or damaged, and nothing unescaped."""
+
+import csv
+import json
+import re
+import zlib
+from base64 import b64decode
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+from scipy.stats import t
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments import charts, pictures, results
+from blender_rl_guiding.experiments.report import text_table, write
+from blender_rl_guiding.images import write_exr
+from blender_rl_guiding.metrics import compare
+
+METHODS = {"uniform": 0.6, "bsdf": 0.3, "dqn": 0.15}
+GUIDE = {"kind": "dqn", "width": 64, "encoder": {"kind": "frequency", "octaves": 8}}
+
+
+def reference(size: int = 24) -> np.ndarray:
+    y, x = np.mgrid[0:size, 0:size] / size
+    return np.stack([0.2 + x, 0.8 * (x - 0.5) ** 2 + 0.1, 1.2 - y], axis=-1).astype(np.float32)
+
+
+def make_run(folder: Path, method: str, seed: int, noise: float, truth: np.ndarray) -> None:
+    rng = np.random.default_rng((seed, int(noise * 1000)))
+    image = (truth * rng.gamma(1 / noise**2, noise**2, size=truth.shape)).astype(np.float32)
+    place = folder / method / f"seed-{seed}"
+    write_exr(place / "image.exr", image, {})
+    learns = method == "dqn"
+    curve = [{"samples": 8 * k, "seconds": 0.1 * k, "loss": None if k < 2 else 2.0 / k + 0.1 * rng.random()} for k in range(1, 20)]
+    result: dict[str, Any] = {
+        "scene": folder.name, "scene_key": "ab" * 32, "method": method, "seed": seed, "spp": 32, "resolution": [*truth.shape[1::-1]],
+        "seconds": 2.0 + learns + 0.1 * seed, "learn_seconds": 1.0 * learns, "rays": 4_000_000, "metrics": compare(image, truth),
+        "settings": {"samples": 32, "nee": False, "seed": seed, "guide": GUIDE if learns else {"kind": method}},
+        "machine": {"cpu": "Some <CPU>", "threads": 2}, "versions": {"blender_rl_guiding": "0.1.0"},
+    }  # fmt: skip
+    (place / "result.json").write_text(json.dumps(result | ({"curve": curve} if learns else {})))
+
+
+def make_experiment(folder: Path, scenes: tuple[str, ...] = ("c1",), seeds: int = 2, size: int = 24) -> Path:
+    for scene in scenes:
+        write_exr(folder / scene / "reference.exr", reference(size), {})
+        for method, noise in METHODS.items():
+            for seed in range(seeds):
+                make_run(folder / scene, method, seed, noise, reference(size))
+    plan = {"methods": [*METHODS], "scenes": [*scenes], "baseline": "uniform", "command": "rlg compare c1.blend --methods 'a<b>'"}
+    (folder / "experiment.json").write_text(json.dumps(plan))
+    return folder
+
+
+def test_the_table_has_a_row_for_each_run(tmp_path: Path):
+    write(make_experiment(tmp_path, ("c1", "a1"), seeds=2))
+    with (tmp_path / "table.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert ",".join(rows[0]) == "scene,method,seed,spp,seconds,learn_seconds,rays,mape_display,mape,relmse,flip"
+    assert [(r["scene"], r["method"], r["seed"]) for r in rows] == [(s, m, n) for s in ("c1", "a1") for m in METHODS for n in "01"]
+    stored = json.loads((tmp_path / "a1" / "dqn" / "seed-1" / "result.json").read_text())
+    assert float(rows[-1]["relmse"]) == stored["metrics"]["relmse"]
+
+
+def test_the_page_is_self_contained_escaped_and_has_the_numbers(tmp_path: Path):
+    page = write(make_experiment(tmp_path)).read_text()
+    assert set(re.findall(r'(?:src|href)="(.{5})', page)) == {"data:"}
+    assert "http" not in page
+    assert "&#x27;a&lt;b&gt;&#x27;" in page
+    assert "Some &lt;CPU&gt;" in page
+    assert "Some <CPU>" not in page
+    assert "{{" not in page
+    summary = results.load(tmp_path).summaries("c1")[2]
+    assert f"{summary.errors['relmse'].mean:.4g}" in page
+    assert page.count("<img ") == 4 + 3
+    assert "guide.encoder.octaves" in page
+    assert page.count("<polyline ") == 2
+    assert "All scenes" not in page
+
+
+def test_names_from_the_folder_cannot_break_the_page(tmp_path: Path):
+    make_experiment(tmp_path)
+    evil = "<img src=x>&{{body}}"
+    for old in ("c1/dqn", "c1"):
+        (tmp_path / old).rename((tmp_path / old).with_name(evil))
+    plan = json.loads((tmp_path / "experiment.json").read_text()) | {"methods": ["uniform", "bsdf", evil], "scenes": [evil]}
+    (tmp_path / "experiment.json").write_text(json.dumps(plan))
+    page = write(tmp_path).read_text()
+    assert "<img src=x>" not in page
+    assert "<title>uniform, bsdf, &lt;img" in page
+
+
+def test_several_scenes_have_a_summary(tmp_path: Path):
+    assert "All scenes" in write(make_experiment(tmp_path, ("c1", "a1"), seeds=1)).read_text()
+
+
+def test_the_terminal_shows_the_same(tmp_path: Path):
+    make_experiment(tmp_path)
+    console = Console(width=80)
+    with console.capture() as capture:
+        console.print(text_table(tmp_path))
+    text = capture.get()
+    for summary in results.load(tmp_path).summaries("c1"):
+        assert f"{summary.errors['flip'].mean:.4g}" in text
+    assert "…" not in text
+
+
+def test_unfinished_runs_are_listed_and_left_out(tmp_path: Path):
+    make_experiment(tmp_path, ("c1", "a1"))
+    (tmp_path / "c1" / "dqn" / "seed-1" / "result.json").unlink()
+    for file in (tmp_path / "a1").rglob("*.*"):
+        file.unlink()
+    page = write(tmp_path).read_text()
+    found = results.load(tmp_path)
+    assert found.missing[0] == "c1/dqn/seed-1"
+    assert len(found.missing) == 1 + 6
+    assert all(f"<li>{name}</li>" in page for name in found.missing)
+    assert len(found.summaries("c1")[2].runs) == 1
+
+
+def test_a_missing_baseline_leaves_no_ratios(tmp_path: Path):
+    make_experiment(tmp_path)
+    for seed in "01":
+        (tmp_path / "c1" / "uniform" / f"seed-{seed}" / "result.json").unlink()
+    assert "×" not in re.sub("<p.*?</p>", "", write(tmp_path).read_text())
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("experiment.json", None, "cannot read"),
+        ("experiment.json", "{", "not JSON"),
+        ("experiment.json", "{}", "not an experiment"),
+        ("experiment.json", '{"methods": ["a"], "scenes": [], "baseline": "b", "command": ""}', "baseline 'b'"),
+        ("experiment.json", '{"methods": ["a"], "scenes": ["s"], "baseline": "a", "command": ""}', "no run"),
+        ("c1/reference.exr", None, "cannot read"),
+        ("c1/reference.exr", "damaged", "not an EXR"),
+        ("c1/bsdf/seed-0/image.exr", None, "cannot read"),
+        ("c1/bsdf/seed-0/result.json", '{"seed": 0', "not JSON"),
+        ("c1/bsdf/seed-0/result.json", "[]", "not a result"),
+        ("c1/bsdf/seed-0/result.json", '{"seed": 0}', "not a result"),
+    ],
+)
+def test_damage_is_told_in_one_line_and_writes_nothing(tmp_path: Path, name: str, content: str | None, message: str):
+    make_experiment(tmp_path, seeds=1)
+    (tmp_path / name).unlink()
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    with pytest.raises(InputError, match=message) as error:
+        write(tmp_path)
+    assert "\n" not in str(error.value)
+    assert str(tmp_path) in str(error.value)
+    assert not (tmp_path / "report.html").exists()
+    assert not (tmp_path / "table.csv").exists()
+
+
+def test_an_image_of_another_size_is_refused(tmp_path: Path):
+    make_experiment(tmp_path, seeds=1)
+    write_exr(tmp_path / "c1" / "dqn" / "seed-0" / "image.exr", reference(12), {})
+    with pytest.raises(InputError, match=r"image\.exr has shape \(12, 12, 3\)"):
+        write(tmp_path)
+
+
+def test_zero_time_or_nan_is_refused(tmp_path: Path):
+    make_experiment(tmp_path, seeds=1)
+    path = tmp_path / "c1" / "dqn" / "seed-0" / "result.json"
+    good = json.loads(path.read_text())
+    for bad in (good | {"seconds": 0}, good | {"metrics": good["metrics"] | {"flip": float("nan")}}):
+        path.write_text(json.dumps(bad))
+        with pytest.raises(InputError, match=r"result\.json: seconds"):
+            write(tmp_path)
+
+
+def test_intervals_are_those_of_student():
+    assert results.estimate([3.0]) == (3.0, None)
+    mean, margin = results.estimate([1.0, 2.0, 4.0])
+    assert mean == pytest.approx(7 / 3)
+    assert margin == pytest.approx(t.ppf(0.975, 2) * np.std([1, 2, 4], ddof=1) / np.sqrt(3), rel=1e-4)
+    for freedom in (1, 4, 9, 10, 15, 40, 1000):
+        assert results._student(freedom) == pytest.approx(t.ppf(0.975, freedom), rel=2e-4)
+
+
+def test_ratios():
+    assert results.ratio(0.0, 0.0) == 1.0
+    assert results.ratio(1.0, 0.0) == np.inf
+    assert results.geometric_mean([2.0, 0.5]) == pytest.approx(1.0)
+    assert results.geometric_mean([0.0, 2.0]) == 0.0
+
+
+def test_the_viewers_pixels_are_within_one_part_in_256():
+    rng = np.random.default_rng(5)
+    image = np.exp(rng.uniform(-9, 9, size=(9, 11, 3))).astype(np.float32)
+    image[0, 0] = 0.0
+    planes = np.frombuffer(zlib.decompress(b64decode(pictures.rgbe(image))), np.uint8).reshape(4, 9, 11)
+    decoded = planes[:3] * 2.0 ** (planes[3].astype(float) - 136)
+    assert np.all(abs(decoded.transpose(1, 2, 0) - image) <= image.max(axis=-1, keepdims=True) / 250)
+
+
+def test_the_scale_of_errors_is_round_and_common():
+    assert pictures.scale([np.full((4, 4), 0.11), np.full((4, 4), 0.31)]) == 0.5
+    assert pictures.scale([np.full((4, 4), 1.0)]) == 1.0
+    assert pictures.scale([np.zeros((4, 4))]) == 1.0
+
+
+def test_a_chart_without_points_is_empty():
+    assert charts.curves([charts.Line("a", "red", [(0, 0.0), (1, float("nan"))])], "x", "y") == ""
+    assert "<polyline" in charts.curves([charts.Line("a", "red", [(1, 2.0)])], "x", "y")
