@@ -33,8 +33,8 @@ class Child:
     def __init__(self, name: str, words: Any) -> None:
         environment = os.environ | ({"DRJIT_LIBLLVM_PATH": llvm()} if name == "llvm_ad_rgb" else {})
         command = [sys.executable, "-m", "benchmarks.child", name, str(SAMPLES[name])]
-        self.name, self._words, self._pipe = name, words, subprocess.PIPE
-        self._process = subprocess.Popen(command, stdin=self._pipe, stdout=self._pipe, stderr=words, text=True, env=environment)
+        self.name, self._words = name, words
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=words, text=True, env=environment)
         self.program = self._answer()["program"]
         self.rates: list[float] = []  # million paths a second
         self.means: list[list[float]] = []  # linear RGB
@@ -52,9 +52,14 @@ class Child:
         return [statistics.fmean(channel) for channel in zip(*self.means, strict=True)]
 
     def end(self) -> None:
-        """Stop the process."""
-        self._process.kill()
-        self._process.wait()
+        """Let the process end, which it does when its input does."""
+        assert self._process.stdin
+        self._process.stdin.close()
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
 
     def _answer(self) -> dict[str, Any]:
         assert self._process.stdout
@@ -123,7 +128,8 @@ def check_same(ours: Child, peer: Child) -> None:
     """InputError unless both render the same radiance in the mean, channel by channel."""
     for a, b in zip(ours.mean(), peer.mean(), strict=True):
         if abs(a / b - 1) > TOLERANCE:
-            raise InputError(f"not the same image: mean RGB {ours.mean()} from {ours.program}, {peer.mean()} from {peer.program}")
+            means = (f"{p.program} {', '.join(f'{c:.5f}' for c in p.mean())}" for p in (ours, peer))
+            raise InputError(f"not the same image; mean RGB: {'; '.join(means)}")
 
 
 def row(ours: Child, peer: Child) -> dict[str, Any]:
@@ -143,6 +149,8 @@ def main() -> int:
     except InputError as error:
         print(f"bench: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 130
     table = Table("peer", "ours", "peer's", "ratio", title=f"{NAME}, million paths a second")
     for line in rows:
         table.add_row(

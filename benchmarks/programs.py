@@ -86,12 +86,12 @@ def cycles(scene: SceneData, samples: int) -> tuple[str, Renderer]:
         target.collection.objects.link(_cycles_object(bpy, scene, index, material))
     _cycles_camera(bpy, target, scene)
     _cycles_settings(target, samples)
-    folder = tempfile.mkdtemp(prefix="bench-")
+    folder = tempfile.TemporaryDirectory(prefix="bench-")  # lives as long as what is returned
 
     def run(seed: int) -> np.ndarray:
         target.cycles.seed = seed
         bpy.ops.render.render()
-        path = Path(folder) / "image.exr"
+        path = Path(folder.name) / "image.exr"
         bpy.data.images["Render Result"].save_render(str(path))
         return read_exr(path)[0]
 

@@ -38,6 +38,9 @@ class Settings:
 SettingsType = TypeVar("SettingsType", bound=Settings)  # not PEP 695: Blender 4.5 runs this file on Python 3.11
 
 
+Variants = dict[str, type[Settings]]  # by kind
+
+
 @dataclass(frozen=True)
 class Entry:
     """One field of a settings class, as the command line and the add-on see it."""
@@ -49,7 +52,7 @@ class Entry:
     label: str  # what a panel shows
     limits: tuple[float | None, float | None]
     choices: tuple[str, ...]  # empty unless the field is a Literal
-    variants: dict[str, type[Settings]]  # by kind; empty unless the field is a union of settings classes
+    variants: Variants  # empty unless the field is a union of settings classes
 
 
 def entries(config: type[Settings]) -> Iterator[Entry]:
