@@ -8,8 +8,8 @@ from blender_rl_guiding.scene.data import SceneData
 from .export.scene import export
 
 
-class Exporter:
-    """What every engine of the add-on does: export the scene and hand it to `deliver`."""
+class Exporter(bpy.types.RenderEngine):
+    """What every engine of the add-on does, itself never registered: export the scene and hand it to `deliver`."""
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         try:
@@ -22,7 +22,7 @@ class Exporter:
         raise NotImplementedError
 
 
-class RLGuided(Exporter, bpy.types.RenderEngine):
+class RLGuided(Exporter):
     """The engine of the user's menu; rendering inside Blender is still to come."""
 
     bl_idname = "RL_GUIDED"

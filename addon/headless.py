@@ -29,7 +29,7 @@ def _export(blend: Path, bundle: Path, strict: bool) -> dict[str, Any]:
     """Go through a render of the file, because only an engine is given the depsgraph in render mode."""
     outcome: dict[str, Any] = {}
 
-    class Export(Exporter, bpy.types.RenderEngine):
+    class Export(Exporter):
         """Writes the bundle; the image stays black."""
 
         bl_idname = "RL_GUIDED_EXPORT"

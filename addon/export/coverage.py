@@ -13,7 +13,6 @@ _VISIBLE = {
     "POINTCLOUD": "point cloud",
     "VOLUME": "volume",
     "GREASEPENCIL": "grease pencil",
-    "GPENCIL": "grease pencil",
 }
 
 

@@ -2,7 +2,7 @@
 
 import ctypes
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -23,6 +23,7 @@ class Mesh:
     normal: np.ndarray  # (T, 3) int32, indices of normals
     faces: np.ndarray  # (T,) int32, the face that a triangle is part of
     slots: np.ndarray  # (T,) int32, material index of the face
+    modelled: bool  # by hand; what Blender makes of texts and modifiers may have faces without area that nobody can mend
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,13 @@ class Triangles:
     dropped: int  # triangles without area, left out
 
 
-def read_mesh(mesh: bpy.types.Mesh, name: str) -> Mesh:
+def read_mesh(thing: bpy.types.Object) -> Mesh:
     """InputError names the object where a vertex is not a finite number, or so large that areas overflow."""
+    mesh: bpy.types.Mesh = thing.data
     vertices = _get(mesh.attributes["position"].data, "vector", (3,), np.float32)
     if not (usable := np.abs(vertices) < _FAR).all():
         vertex = usable.all(axis=1).argmin()
-        raise InputError(f"object '{name}': vertex {vertex} is out of range: ({', '.join(f'{x:g}' for x in vertices[vertex])})")
+        raise InputError(f"object '{thing.name}': vertex {vertex} is out of range: ({', '.join(f'{x:g}' for x in vertices[vertex])})")
     mesh.calc_loop_triangles()
     loops = _loop_triangles(mesh)
     corners = _get(mesh.attributes[".corner_vert"].data, "value", (), np.int32)[loops]
@@ -49,7 +51,8 @@ def read_mesh(mesh: bpy.types.Mesh, name: str) -> Mesh:
     normals, normal = _normals(mesh, corners, faces, loops)
     slots = mesh.attributes.get("material_index")
     slots = _get(slots.data, "value", (), np.int32)[faces] if slots else np.zeros(len(faces), np.int32)
-    return _without_loose(Mesh(vertices, corners, normals, normal, faces, slots))
+    modelled = thing.original.type == "MESH" and not thing.modifiers
+    return _without_loose(Mesh(vertices, corners, normals, normal, faces, slots, modelled))
 
 
 def _get(collection: bpy.types.bpy_prop_collection, attribute: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
@@ -87,21 +90,22 @@ def _without_loose(mesh: Mesh) -> Mesh:
     if used.all():
         return mesh
     corners = (np.cumsum(used, dtype=np.int32) - 1)[mesh.corners]
-    return Mesh(mesh.vertices[used], corners, mesh.normals, mesh.normal, mesh.faces, mesh.slots)
+    return replace(mesh, vertices=mesh.vertices[used], corners=corners)
 
 
 def place(mesh: Mesh, matrix: np.ndarray, name: str) -> Triangles:
     """A mesh in the world. `matrix`: (4, 4). Where it mirrors, the winding is turned, so that it still agrees with the normals.
 
-    InputError names the object where the matrix is not finite or a face has no area.
+    InputError names the object where the matrix is not finite or a modelled face has no area.
     """
     if not np.isfinite(matrix).all():
         raise InputError(f"object '{name}': its transform is not finite")
     cofactors, mirrors = _cofactors(matrix[:3, :3])
-    vertices, normals = _apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), _unit(_apply(cofactors, mesh.normals))
+    vertices, normals = apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), _unit(apply(cofactors, mesh.normals))
     corners, normal, slots, dropped = mesh.corners, mesh.normal, mesh.slots, 0
     if (flat := _flat(vertices, corners)).any():
-        _check_faces(mesh, name)
+        if mesh.modelled:
+            _check_faces(mesh, name)
         corners, normal, slots, dropped = corners[~flat], normal[~flat], slots[~flat], int(flat.sum())
     if mirrors:
         corners, normal = corners[:, ::-1], normal[:, ::-1]
@@ -127,8 +131,11 @@ def _blocks(count: int) -> Iterator[slice]:
     return (slice(start, start + _BLOCK) for start in range(0, count, _BLOCK))
 
 
-def _apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0)) -> np.ndarray:
-    """Written out instead of `@`, whose rounding differs between builds of numpy, and with it the key of the scene."""
+def apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """Points (N, 3) times a (3, 3) matrix plus a shift, in float32.
+
+    Written out instead of `@`, whose rounding differs between builds of numpy, and with it the key of the scene.
+    """
     result = np.empty(points.shape, np.float32)
     for block in _blocks(len(points)):
         x, y, z = points[block].T.astype(np.float64)

@@ -10,6 +10,7 @@ from blender_rl_guiding.scene.data import Loss, Material, SceneData, find_fault
 
 from . import coverage
 from .camera import read_camera
+from .clipping import clipped
 from .geometry import Mesh, Triangles, place, read_mesh
 from .materials import Surface, read_material
 from .world import read_world
@@ -33,7 +34,7 @@ class Collector:
         # The evaluated mesh lives as long as the depsgraph, so its address identifies it.
         key = thing.data.as_pointer()
         if key not in self._meshes:
-            self._meshes[key] = read_mesh(thing.data, thing.name)
+            self._meshes[key] = read_mesh(thing)
         part = place(self._meshes[key], matrix, thing.name)
         if part.dropped:
             self.losses[Loss(thing.name, "mesh", f"{part.dropped} triangle(s) without area are left out")] = None
@@ -86,9 +87,11 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str) -> SceneData:
         collector.losses.update(dict.fromkeys(coverage.of_instance(instance, depsgraph.view_layer)))
         if instance.show_self and isinstance(instance.object.data, bpy.types.Mesh):
             collector.add(instance.object, np.array(instance.matrix_world, np.float64))
+    arrays = _joined(collector)
+    camera_losses += clipped(scene.camera, camera, arrays["vertices"], arrays["triangles"])
     return SceneData(
         name=name,
-        **_joined(collector),
+        **arrays,
         materials=tuple(collector.materials),
         camera=camera,
         world=world,

@@ -1,0 +1,79 @@
+"""A Blender inside the test process: an empty scene for each test, and export through a render, as F12 does it."""
+
+from collections.abc import Callable, Iterator
+
+import bpy
+import pytest
+
+import addon
+from addon.engine import Exporter
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.data import SceneData
+
+Export = Callable[[], SceneData]
+
+
+@pytest.fixture(scope="session")
+def exported() -> Iterator[list[SceneData]]:
+    """What the engine's last renders gave; registers the add-on and the engine."""
+    outcomes: list[SceneData] = []
+
+    class Capture(Exporter):
+        """Keeps what it exports, without an image."""
+
+        bl_idname = "RL_GUIDED_TEST"
+        bl_label = "RL Guided Test"
+
+        def deliver(self, scene: SceneData) -> None:
+            outcomes.append(scene)
+
+    addon.register()
+    bpy.utils.register_class(Capture)
+    yield outcomes
+    bpy.utils.unregister_class(Capture)
+    addon.unregister()
+
+
+@pytest.fixture
+def scene(exported: list) -> bpy.types.Scene:
+    """An empty scene with a camera and a grey world."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.engine = "RL_GUIDED_TEST"
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = True
+    return scene
+
+
+@pytest.fixture
+def run(scene: bpy.types.Scene, exported: list) -> Export:
+    """Export the scene; InputError as the engine would show it."""
+
+    def go() -> SceneData:
+        exported.clear()
+        try:
+            bpy.ops.render.render()
+        except RuntimeError as error:
+            raise InputError(str(error).removeprefix("Error: ").strip()) from error
+        return exported[0]
+
+    return go
+
+
+@pytest.fixture
+def new_material(scene: bpy.types.Scene) -> Callable[[str], bpy.types.Material]:
+    """Makes materials whose node tree is an output alone."""
+
+    def make(name: str) -> bpy.types.Material:
+        material = bpy.data.materials.new(name)
+        if bpy.app.version < (5, 0):
+            material.use_nodes = True
+        material.node_tree.nodes.clear()
+        material.node_tree.nodes.new("ShaderNodeOutputMaterial")
+        return material
+
+    return make

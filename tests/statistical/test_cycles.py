@@ -1,0 +1,56 @@
+"""Cycles is the oracle: what the exporter and the tracer make of a .blend has Cycles' brightness, whole and block by block."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.render import render
+from blender_rl_guiding.scene.blend import open_scene
+from blender_rl_guiding.settings import BSDF, Render
+
+SCRIPT = Path(__file__).with_name("oracle.py")
+C1 = Path(__file__).resolve().parents[2] / "scenes" / "c1.blend"
+SIZE, BLOCK = 64, 8
+
+pytestmark = [pytest.mark.slow, pytest.mark.blender]
+
+
+def images(blend: Path, folder: Path, spp: int, seeds: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cycles' and our images of the same scene, (seeds, SIZE, SIZE, 3) each."""
+    command = [sys.executable, SCRIPT, blend, folder, str(SIZE), str(spp), str(seeds)]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    cycles = np.array([read_exr(folder / f"{seed}.exr")[0] for seed in range(seeds)], np.float64)
+    scene = open_scene(blend)
+    assert scene.coverage == ()
+    scene = replace(scene, camera=replace(scene.camera, width=SIZE, height=SIZE))
+    ours = [render(scene, Render(spp=spp, seed=seed, nee=True, guide=BSDF())).image for seed in range(seeds)]
+    return cycles, np.array(ours, np.float64)
+
+
+def difference(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of two groups of independent measurements along axis 0: the difference of their means, and its standard error."""
+    error = np.sqrt(a.var(axis=0, ddof=1) / len(a) + b.var(axis=0, ddof=1) / len(b))
+    return b.mean(axis=0) - a.mean(axis=0), error
+
+
+def test_c1_has_the_brightness_that_it_has_in_cycles(tmp_path: Path):
+    cycles, ours = (group.mean(axis=(1, 2, 3)) for group in images(C1, tmp_path, spp=64, seeds=4))
+    delta, error = np.array(difference(cycles, ours)) / cycles.mean()
+    assert abs(delta) + 3 * error < 0.01, f"{delta:+.4%} +- {error:.4%}"  # so that 1 % is excluded, not just unseen
+
+
+def test_a_sky_and_principled_materials_agree_with_cycles_everywhere(tmp_path: Path):
+    cycles, ours = (
+        group.reshape(len(group), SIZE // BLOCK, BLOCK, SIZE // BLOCK, BLOCK, 3).mean(axis=(2, 4))
+        for group in images(tmp_path / "sky.blend", tmp_path, spp=32, seeds=10)
+    )
+    delta, error = difference(cycles, ours)
+    relative = delta / cycles.mean(axis=0)
+    assert (error / cycles.mean(axis=0)).max() < 0.01, "too few samples to see anything"
+    assert np.abs(relative).max() < 0.02, f"worst block {np.abs(relative).max():.2%}"
+    assert abs(relative.mean()) < 0.002, f"{relative.mean():+.3%}"
