@@ -38,8 +38,9 @@ def _quads() -> list[tuple[list[np.ndarray], int]]:
     quads = [(faces[k][::-1], material) for k, material in room.items()]
     quads += [(face, WHITE) for face in _cube((0.335, -0.38, -0.7), (0.286891, -0.0877115), 0.3)]
     quads += [(face, WHITE) for face in _cube((-0.33, 0.28, -0.4), (0.28491, 0.0939491), 0.61)]
-    # Mitsuba's emitters shine to one side, the others' to both: a black quad behind makes it one side for all.
-    for height, material in ((0.99, LIGHT), (0.991, BLACK)):
+    # Mitsuba's emitters shine to one side, the others' to both: a black quad behind makes it one side for all. Light leaks
+    # through the gap between them: at 1 mm it adds 0.3 % to the mean, and fireflies.
+    for height, material in ((0.99, LIGHT), (0.9901, BLACK)):
         quads.append(([np.array((x, y, height)) for x, y in ((-0.23, -0.2), (-0.23, 0.18), (0.23, 0.18), (0.23, -0.2))], material))
     return quads
 

@@ -140,6 +140,5 @@ def _cycles_settings(target: Any, samples: int) -> None:
     }
     for name, value in settings.items():
         setattr(target.cycles, name, value)
-    target.render.use_persistent_data = True
     target.render.image_settings.file_format = "OPEN_EXR"
     target.render.image_settings.color_depth = "32"

@@ -37,28 +37,19 @@ class Builder:
     def sphere(self, centre, radius: float, of: Material, segments: int = 128, rings: int = 64, inward: bool = False) -> None:
         """A tessellated sphere with smooth normals."""
         centre = np.asarray(centre, np.float64)
-        sign = -1.0 if inward else 1.0
 
-        def point(i: int, j: int):
+        def point(i: int, j: int) -> np.ndarray:
             theta, phi = math.pi * i / rings, 2 * math.pi * (j % segments) / segments
-            return np.array(
-                (
-                    math.sin(theta) * math.cos(phi),
-                    math.sin(theta) * math.sin(phi),
-                    math.cos(theta) if 0 < i < rings else (1.0 if i == 0 else -1.0),
-                )
-            )
+            r = math.sin(theta) if 0 < i < rings else 0.0
+            return np.array((r * math.cos(phi), r * math.sin(phi), math.cos(theta)))
 
         for i in range(rings):
             for j in range(segments):
                 a, b, c, d = point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)
-                for corners in ([a, b, c], [a, c, d]):
-                    if (i == 0 and corners[1] is c) or (i == rings - 1 and corners[1] is b):
-                        continue
-                    if inward:
-                        corners = corners[::-1]
-                    n = np.array(corners)
-                    self.triangle(centre + radius * n, sign * n, of)
+                # At a pole two of the four points are one.
+                for corners in [(a, b, c)] * (i < rings - 1) + [(a, c, d)] * (i > 0):
+                    n = np.array(corners[::-1] if inward else corners)
+                    self.triangle(centre + radius * n, -n if inward else n, of)
 
     def scene(self, camera: Camera, world: Vector = (0.0, 0.0, 0.0), max_bounces: int = 9, name: str = "test") -> SceneData:
         vertices = np.concatenate(self.vertices).astype(np.float32)
@@ -100,6 +91,56 @@ def box(builder: Builder, low: Vector, high: Vector, walls: dict[str, Material])
     }
     for side, of in walls.items():
         builder.quad(*quads[side], of)
+
+
+def everywhere(of: Material) -> dict[str, Material]:
+    """The same material on all six walls of a box."""
+    return dict.fromkeys(("-x", "+x", "-y", "+y", "-z", "+z"), of)
+
+
+def lit_quad(camera: Camera) -> SceneData:
+    """A small light at the origin, facing -y."""
+    b = Builder()
+    b.quad((-0.1, 0, -0.1), (0.1, 0, -0.1), (0.1, 0, 0.1), (-0.1, 0, 0.1), material("light", emission=(1.0, 2.0, 3.0)))
+    return b.scene(camera)
+
+
+def furnace_box(albedo: float, emission: float, size: int = 16, max_bounces: int = 6) -> SceneData:
+    """A closed box whose walls all emit and reflect alike, seen from within: the same radiance everywhere."""
+    b = Builder()
+    box(b, (-1, -1, 0), (1.5, 1, 1), everywhere(material("wall", (albedo,) * 3, (emission,) * 3)))
+    return b.scene(look((-0.3, -0.8, 0.4), (0.2, 0.5, 0.6), 70, size, size), max_bounces=max_bounces, name="furnace")
+
+
+def furnace_sphere(albedo: float, emission: float, size: int = 16, max_bounces: int = 6) -> SceneData:
+    """The inside of a sphere that emits and reflects alike everywhere.
+
+    There the density of choosing the light in any direction is the cosine's own: next-event estimation and BSDF sampling weigh 1/2 each.
+    """
+    b = Builder()
+    b.sphere((0.2, 0.1, 0), 1, material("wall", (albedo,) * 3, (emission,) * 3), inward=True)
+    return b.scene(look((0, 0, 0.1), (0, 1, 0), 70, size, size), max_bounces=max_bounces, name="sphere")
+
+
+def white_cube(size: int = 16) -> SceneData:
+    """A convex, flat, perfectly white thing in surroundings of radiance 1: invisible."""
+    b = Builder()
+    box(b, (-1, -1, -1), (1, 1, 1), everywhere(material("white", (1.0, 1.0, 1.0))))
+    for i, corners in enumerate(b.vertices):  # inside out
+        b.vertices[i], b.normals[i] = corners[::-1], -b.normals[i]
+    return b.scene(look((3, -4, 2), (0, 0, 0), 40, size, size), world=(1.0, 1.0, 1.0), name="white cube")
+
+
+def tiny(size: int = 16, max_bounces: int = 4) -> SceneData:
+    """A coloured box with a small lamp, a bright wall, a sphere with smooth normals and a shelf: everything, in few triangles."""
+    grey, red = material("grey", (0.7, 0.7, 0.7)), material("red", (0.8, 0.3, 0.2))
+    glowing = material("glowing", (0.2, 0.5, 0.6), (0.05, 0.1, 0.3))
+    b = Builder()
+    box(b, (-1, -1, 0), (1, 1, 1), {"-x": red, "+x": glowing, "-y": grey, "+y": grey, "-z": grey, "+z": grey})
+    b.quad((-0.4, -0.3, 0.98), (-0.4, 0.3, 0.98), (0.4, 0.3, 0.98), (0.4, -0.3, 0.98), material("lamp", emission=(6.0, 5.0, 4.0)))
+    b.sphere((0.3, 0.2, 0.3), 0.25, material("ball", (0.3, 0.8, 0.4)), segments=24, rings=12)
+    b.quad((-1, 0, 0.5), (-0.4, 0, 0.5), (-0.4, 1, 0.5), (-1, 1, 0.5), grey)
+    return b.scene(look((0.1, -0.95, 0.5), (0, 0, 0.45), 75, size, size), max_bounces=max_bounces, name="tiny")
 
 
 def c1(size: int = 250, max_bounces: int = 9) -> SceneData:

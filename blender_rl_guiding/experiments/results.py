@@ -104,16 +104,19 @@ def load(folder: Path) -> Results:
     plan = _read_json(folder / "experiment.json")
     try:
         scenes, methods = tuple(map(str, plan["scenes"])), tuple(map(str, plan["methods"]))
-        baseline, command = str(plan["baseline"]), str(plan["command"])
-    except (KeyError, TypeError) as error:
+        seeds, baseline, command = sorted(map(int, plan["seeds"])), str(plan["baseline"]), str(plan["command"])
+    except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{folder / 'experiment.json'}: not an experiment, or damaged ({error})") from error
     if baseline not in methods:
         raise InputError(f"{folder / 'experiment.json'}: the baseline {baseline!r} is not one of the methods {', '.join(methods)}")
-    places = [(scene, method) for scene in scenes for method in methods]
-    runs = tuple(run for scene, method in places for run in _runs(folder, scene, method))
-    if not runs:
+    # By the plan and not by what lies there: the folder may hold runs of an earlier, larger experiment.
+    places = [(scene, method, f"seed-{seed}") for scene in scenes for method in methods for seed in seeds]
+    there = [place for place in places if folder.joinpath(*place, "result.json").exists()]
+    if not there:
         raise InputError(f"{folder}: no run of the experiment is finished")
-    return Results(folder, scenes, methods, baseline, command, runs, _missing(places, runs))
+    runs = tuple(_run(folder.joinpath(*place), *place[:2]) for place in there)
+    missing = tuple("/".join(place) for place in places if place not in there)
+    return Results(folder, scenes, methods, baseline, command, runs, missing)
 
 
 def _read_json(path: Path) -> Any:
@@ -125,16 +128,12 @@ def _read_json(path: Path) -> Any:
         raise InputError(f"{path}: not JSON, or damaged ({error})") from error
 
 
-def _runs(folder: Path, scene: str, method: str) -> list[Run]:
-    runs = [_run(path, scene, method) for path in (folder / scene / method).glob("seed-*/result.json")]
-    return sorted(runs, key=lambda run: run.seed)
-
-
-def _run(path: Path, scene: str, method: str) -> Run:
+def _run(folder: Path, scene: str, method: str) -> Run:
+    path = folder / "result.json"
     data = _read_json(path)
     try:
         run = Run(
-            folder=path.parent,
+            folder=folder,
             scene=scene,
             method=method,
             seed=int(data["seed"]),
@@ -153,12 +152,6 @@ def _run(path: Path, scene: str, method: str) -> Run:
     if not (math.isfinite(run.seconds) and run.seconds > 0 and all(map(math.isfinite, run.metrics.values()))):
         raise InputError(f"{path}: seconds {run.seconds} must be above 0 and metrics {run.metrics} finite")
     return run
-
-
-def _missing(places: Sequence[tuple[str, str]], runs: Sequence[Run]) -> tuple[str, ...]:
-    seeds = sorted({run.seed for run in runs})
-    there = {(run.scene, run.method, run.seed) for run in runs}
-    return tuple(f"{s}/{m}/seed-{n}" for s, m in places for n in seeds if (s, m, n) not in there)
 
 
 def estimate(values: Sequence[float]) -> Estimate:

@@ -62,7 +62,7 @@ class DQNGuide:
         self._memory.add(transitions)
         if self._scale == 0.0 and transitions.reward.any():
             self._scale = MEAN_REWARD / float(transitions.reward.mean())
-        steps = min(settings.steps, settings.max_steps - self._steps)
+        steps = min(settings.steps if self._steps else settings.first_steps, settings.max_steps - self._steps)
         if self._scale == 0.0 or len(self._memory) < settings.learning_starts or steps <= 0:
             return {}
         losses = [self._train(self._memory.sample(settings.batch, self._rng)) for _ in range(steps)]
@@ -74,7 +74,7 @@ class DQNGuide:
         """One step of Adam on the mean of (Q(s, a; w) - target(s'; w-))^2, or of that relative to Q^2."""
         s = self._settings
         patches = torch.from_numpy(patches_of(s.rows, s.columns, batch.normal, batch.direction))
-        q = self._online(*self._state(batch.position, batch.normal)).gather(1, patches[:, None])[:, 0]
+        q = self._online.of_patch(*self._state(batch.position, batch.normal), patches)
         error = (q - self._expected_sarsa(batch)).square()
         if s.error == "relative":
             error = error / (q.detach().square() + SMALL_Q)

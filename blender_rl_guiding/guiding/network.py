@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import torch
 from torch import Tensor, nn
+from torch.nn import functional
 
 from ..settings import DQN
 from .encoders import make_encoder
@@ -17,12 +18,17 @@ class QNetwork(nn.Module):
         super().__init__()
         self.encoder = make_encoder(settings.encoder)
         widths = [self.encoder.width, *[settings.width] * (settings.layers - 1), settings.rows * settings.columns]
-        dense = [nn.Linear(fan_in, fan_out) for fan_in, fan_out in pairwise(widths)]
-        self.dense = nn.Sequential(*(module for layer in dense[:-1] for module in (layer, nn.ReLU())), dense[-1], nn.Softplus())
+        *hidden, self.last = (nn.Linear(fan_in, fan_out) for fan_in, fan_out in pairwise(widths))
+        self.hidden = nn.Sequential(*(module for layer in hidden for module in (layer, nn.ReLU())))
 
     def forward(self, x: Tensor, n: Tensor) -> Tensor:
         """Q of x in [-1, 1]^3 and unit normals n, (batch, 3) each: (batch, N)."""
-        return self.dense(self.encoder(x, n))
+        return functional.softplus(self.last(self.hidden(self.encoder(x, n))))
+
+    def of_patch(self, x: Tensor, n: Tensor, patch: Tensor) -> Tensor:
+        """Q of one patch for each state, (batch,): the last layer, where most of the work is, computes no other."""
+        weight, bias = functional.embedding(patch, self.last.weight), self.last.bias[patch]
+        return functional.softplus((self.hidden(self.encoder(x, n)) * weight).sum(1) + bias)
 
 
 def target_of(network: QNetwork) -> QNetwork:

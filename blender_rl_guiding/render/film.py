@@ -10,7 +10,7 @@ class Film:
 
     def __init__(self, width: int, height: int) -> None:
         self.shape = (height, width, 3)
-        self.samples = 0
+        self._samples = np.zeros(1, np.int64)  # counted by the kernel, so that no interrupt comes between sums and count
         self._sum = np.zeros((width * height, 3))
         self._squares = np.zeros((width * height, 3))
 
@@ -19,12 +19,16 @@ class Film:
 
         FloatingPointError if one of them is not finite: that is a fault of the tracer, and no image may hide it.
         """
-        bad = add_samples(radiance, self._sum, self._squares)
+        bad = add_samples(radiance, self._sum, self._squares, self._samples)
         if bad >= 0:
             height, width, _ = self.shape
             x, y = bad % width, bad // width % height
             raise FloatingPointError(f"pixel ({x}, {y}) received radiance {radiance[bad]}")
-        self.samples += len(radiance) // len(self._sum)
+
+    @property
+    def samples(self) -> int:
+        """Whole samples of the image so far."""
+        return int(self._samples[0])
 
     def mean(self) -> np.ndarray:
         """The image, (height, width, 3) float32, linear, top row first."""
@@ -37,8 +41,8 @@ class Film:
 
 
 @kernel
-def add_samples(radiance, total, squares):
-    """Add each sample to its pixel's sums in their order; the first index that is not finite, or -1."""
+def add_samples(radiance, total, squares, samples):
+    """Add each sample to its pixel's sums in their order, and their number; the first index that is not finite, or -1."""
     bad = -1
     pixels = total.shape[0]
     for i in range(radiance.shape[0]):
@@ -48,4 +52,5 @@ def add_samples(radiance, total, squares):
                 bad = i
             total[i % pixels, c] += value
             squares[i % pixels, c] += value * value
+    samples[0] += radiance.shape[0] // pixels
     return bad

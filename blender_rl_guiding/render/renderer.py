@@ -120,7 +120,7 @@ class PassTracer:
         finally:
             stop.set()  # an interrupt does not wait for the wavefronts under way
             pool.shutdown(wait=False, cancel_futures=True)
-        self._vertices_per_path = sum(p[2] for p in parts) / total
+        self._vertices_per_path = max(1, sum(p[2] for p in parts)) / total  # there is none where every path misses, or at no bounce
         return radiance, _sorted([t for p in parts for t in p[0]]), sum(p[1] for p in parts)
 
     def _wavefront(self, directions, share, count, buffers: Workspace, radiance, recorded) -> tuple[int, int]:
@@ -155,7 +155,7 @@ def _sorted(parts: list[Transitions]) -> Transitions:
 def warm_up(guide: GuideSettings, machine: Machine) -> None:
     """Compile or load every kernel that a render with such a guide needs, and import what it needs: nothing timed should include it."""
     if isinstance(guide, DQN):
-        guide = DQN(layers=1, width=1, rows=1, columns=2, learning_starts=1, batch=2, steps=1)
+        guide = DQN(layers=1, width=1, rows=1, columns=2, learning_starts=1, batch=2, first_steps=1, steps=1)
     render(_tiny_scene(), Render(spp=3, nee=True, max_bounces=2, guide=guide), machine)
 
 

@@ -6,7 +6,10 @@ World space is Blender's: right-handed, z up, metres.
 
 import hashlib
 import json
+import operator
+import tokenize
 import zipfile
+import zlib
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +21,9 @@ from ..errors import InputError, atomic
 
 VERSION = 1
 _ARRAYS = {"vertices": (np.float32, (3,)), "triangles": (np.int32, (3,)), "normals": (np.float32, (3, 3)), "material": (np.int32, ())}
+# What numpy, zipfile and json raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
+_DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
+_DAMAGE += (LookupError, RuntimeError, TypeError, ValueError)
 
 
 @dataclass(frozen=True)
@@ -107,7 +113,7 @@ def save(scene: SceneData, path: Path) -> None:
 def load(path: Path) -> SceneData:
     """Read and check a bundle. InputError names what is wrong with it in one line."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:  # numpy forgets to close what it cannot read
             header = json.loads(str(file["header"]))
             arrays = {name: file[name] for name in _ARRAYS}
         if header["version"] != VERSION:
@@ -115,7 +121,7 @@ def load(path: Path) -> SceneData:
         scene = _from_header(header, arrays)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (zipfile.BadZipFile, EOFError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except _DAMAGE as error:
         raise InputError(f"{path}: not a scene bundle, or damaged ({_one_line(error)})") from error
     if fault := find_fault(scene):
         raise InputError(f"{path}: {fault}")
@@ -124,15 +130,21 @@ def load(path: Path) -> SceneData:
 
 def _from_header(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneData:
     for name, (dtype, shape) in _ARRAYS.items():
-        if arrays[name].dtype != dtype or arrays[name].shape[1:] != shape:
+        if arrays[name].dtype != dtype or not arrays[name].ndim or arrays[name].shape[1:] != shape:
             raise ValueError(f"{name} is {arrays[name].dtype}{arrays[name].shape}")
-    camera = header["camera"] | {"to_world": tuple(tuple(map(float, row)) for row in header["camera"]["to_world"])}
+    camera = header["camera"]
     return SceneData(
         name=str(header["name"]),
-        materials=tuple(Material(m["name"], _rgb(m["base_color"]), _rgb(m["emission"])) for m in header["materials"]),
-        camera=Camera(**camera),
+        materials=tuple(Material(str(m["name"]), _rgb(m["base_color"]), _rgb(m["emission"])) for m in header["materials"]),
+        camera=Camera(
+            to_world=tuple(map(tuple, np.array(camera["to_world"], np.float64).tolist())),
+            tan_x=float(camera["tan_x"]),
+            tan_y=float(camera["tan_y"]),
+            width=operator.index(camera["width"]),
+            height=operator.index(camera["height"]),
+        ),
         world=_rgb(header["world"]),
-        max_bounces=int(header["max_bounces"]),
+        max_bounces=operator.index(header["max_bounces"]),
         coverage=tuple(Loss(**loss) for loss in header["coverage"]),
         **arrays,
     )

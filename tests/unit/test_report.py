@@ -50,7 +50,13 @@ def make_experiment(folder: Path, scenes: tuple[str, ...] = ("c1",), seeds: int 
         for method, noise in METHODS.items():
             for seed in range(seeds):
                 make_run(folder / scene, method, seed, noise, reference(size))
-    plan = {"methods": [*METHODS], "scenes": [*scenes], "baseline": "uniform", "command": "rlg compare c1.blend --methods 'a<b>'"}
+    plan = {
+        "methods": [*METHODS],
+        "scenes": [*scenes],
+        "seeds": [*range(seeds)],
+        "baseline": "uniform",
+        "command": "rlg compare c1.blend --methods 'a<b>'",
+    }
     (folder / "experiment.json").write_text(json.dumps(plan))
     return folder
 
@@ -121,6 +127,15 @@ def test_unfinished_runs_are_listed_and_left_out(tmp_path: Path):
     assert len(found.summaries("c1")[2].runs) == 1
 
 
+def test_runs_of_an_earlier_larger_experiment_do_not_count(tmp_path: Path):
+    make_experiment(tmp_path, seeds=3)
+    plan = json.loads((tmp_path / "experiment.json").read_text())
+    (tmp_path / "experiment.json").write_text(json.dumps(plan | {"seeds": [0, 2], "methods": ["dqn", "uniform"]}))
+    found = results.load(tmp_path)
+    assert [(run.method, run.seed) for run in found.runs] == [("dqn", 0), ("dqn", 2), ("uniform", 0), ("uniform", 2)]
+    assert not found.missing
+
+
 def test_a_missing_baseline_leaves_no_ratios(tmp_path: Path):
     make_experiment(tmp_path)
     for seed in "01":
@@ -134,8 +149,8 @@ def test_a_missing_baseline_leaves_no_ratios(tmp_path: Path):
         ("experiment.json", None, "cannot read"),
         ("experiment.json", "{", "not JSON"),
         ("experiment.json", "{}", "not an experiment"),
-        ("experiment.json", '{"methods": ["a"], "scenes": [], "baseline": "b", "command": ""}', "baseline 'b'"),
-        ("experiment.json", '{"methods": ["a"], "scenes": ["s"], "baseline": "a", "command": ""}', "no run"),
+        ("experiment.json", '{"methods": ["a"], "scenes": [], "seeds": [0], "baseline": "b", "command": ""}', "baseline 'b'"),
+        ("experiment.json", '{"methods": ["a"], "scenes": ["s"], "seeds": [0], "baseline": "a", "command": ""}', "no run"),
         ("c1/reference.exr", None, "cannot read"),
         ("c1/reference.exr", "damaged", "not an EXR"),
         ("c1/bsdf/seed-0/image.exr", None, "cannot read"),
