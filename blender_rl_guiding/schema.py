@@ -110,7 +110,7 @@ def from_dict(config: type[SettingsType], values: Any) -> SettingsType:
         if variants := known[name].variants:
             rest = dict(value) if isinstance(value, Mapping) else {"kind": value}
             chosen = rest.pop("kind", None)
-            if chosen not in variants:
+            if not isinstance(chosen, str) or chosen not in variants:
                 raise SettingsError(f"{config.kind}.{name}={chosen!r} is not one of {', '.join(variants)}{_hint(chosen, variants)}")
             value = from_dict(variants[chosen], rest)
         kwargs[name] = value

@@ -1,9 +1,9 @@
 """Every knob of the renderer. Command line, JSON, Blender properties and the settings page are made from this file."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
-from .schema import Settings, SettingsError, flags, setting
+from .schema import Settings, SettingsError, setting
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ PRESETS = {
 
 def method(name: str) -> Render:
     """The settings behind a method's name: a preset, or a guide with its defaults. SettingsError on any other."""
-    guides = dict(flags(Render))["guide"].variants
+    guides = {guide.kind: guide for guide in get_args(Guide)}
     if name in PRESETS:
         return PRESETS[name]
     if name in guides:

@@ -20,6 +20,7 @@ import numpy as np
 from ..errors import InputError, atomic
 
 VERSION = 1
+_BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
 _ARRAYS = {"vertices": (np.float32, (3,)), "triangles": (np.int32, (3,)), "normals": (np.float32, (3, 3)), "material": (np.int32, ())}
 # What numpy, zipfile and json raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
@@ -170,7 +171,7 @@ def find_fault(scene: SceneData) -> str:
         return f"{len(triangles)} triangles, but {len(scene.material)} material indices and {len(scene.normals)} normals"
     if scene.material.min() < 0 or scene.material.max() >= materials:
         return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {materials}"
-    if fault := _find_bad_numbers(scene):
+    if fault := _find_bad_triangle(scene) or _find_bad_description(scene):
         return fault
     lit = any(any(scene.materials[m].emission) for m in np.unique(scene.material))
     if not lit and not any(scene.world):
@@ -178,15 +179,20 @@ def find_fault(scene: SceneData) -> str:
     return ""
 
 
-def _find_bad_numbers(scene: SceneData) -> str:
-    corners = scene.vertices[scene.triangles]
-    bad = ~np.isfinite(corners).all(axis=(1, 2)) | ~np.isfinite(scene.normals).all(axis=(1, 2))
-    if bad.any():
-        return f"triangle {bad.argmax()} has a vertex or normal that is not a finite number"
-    edges = (corners[:, 1:] - corners[:, :1]).astype(np.float64)
-    flat = (np.cross(edges[:, 0], edges[:, 1]) == 0.0).all(axis=1)
-    if flat.any():
-        return f"triangle {flat.argmax()} is degenerate: it has no area"
+def _find_bad_triangle(scene: SceneData) -> str:
+    for start in range(0, len(scene.triangles), _BLOCK):
+        corners = scene.vertices[scene.triangles[start : start + _BLOCK]]
+        bad = ~np.isfinite(corners).all(axis=(1, 2)) | ~np.isfinite(scene.normals[start : start + _BLOCK]).all(axis=(1, 2))
+        if bad.any():
+            return f"triangle {start + bad.argmax()} has a vertex or normal that is not a finite number"
+        a, b = (corners[:, k].astype(np.float64) - corners[:, 0] for k in (1, 2))
+        flat = ~np.any([a[:, i] * b[:, j] != a[:, j] * b[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=0)
+        if flat.any():
+            return f"triangle {start + flat.argmax()} is degenerate: it has no area"
+    return ""
+
+
+def _find_bad_description(scene: SceneData) -> str:
     for m in scene.materials:
         if not np.isfinite(m.base_color + m.emission).all() or min(m.base_color + m.emission) < 0 or max(m.base_color) > 1:
             return f"material {m.name!r} has base_color {m.base_color} and emission {m.emission}: must be finite, >= 0, base_color <= 1"
