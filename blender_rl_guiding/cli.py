@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 from rich.console import Console
 
 from . import __version__, schema
-from .errors import InputError
+from .errors import InputError, check_writable
 from .experiments.progress import Progress
 from .settings import PRESETS, Machine, Render, method
 
@@ -58,12 +58,13 @@ def _render(options: argparse.Namespace) -> None:
     from .render import Result, render, warm_up
 
     settings, machine = _settings(options), schema.override(Machine(), _given(options, Machine))
-    name = options.preset or settings.guide.kind
+    check_writable(options.out)
+    finished: list[Result] = []
+    interrupted = False
     with Progress() as progress:
         scene = _open(options.scene, options, progress)
         with progress.bar("compiling kernels (once after an update)", 1):
             warm_up(settings.guide, machine)
-        finished: list[Result] = []
         try:
             with progress.bar(scene.name, settings.spp) as advance:
 
@@ -73,10 +74,11 @@ def _render(options: argparse.Namespace) -> None:
 
                 render(scene, settings, machine, on_pass)
         except KeyboardInterrupt:
-            if finished:
-                save_run(options.out, scene, name, settings, machine, finished[0], None)
-            _leave(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples")
-    save_run(options.out, scene, name, settings, machine, finished[0], None)
+            interrupted = True
+    if finished:
+        save_run(options.out, scene, options.preset or settings.guide.kind, settings, machine, finished[0], None)
+    if interrupted:
+        _leave(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples")
     print(options.out / "image.exr")
 
 
@@ -85,6 +87,7 @@ def _compare(options: argparse.Namespace) -> None:
 
     machine = schema.override(Machine(), _given(options, Machine))
     methods = _methods(options)
+    check_writable(options.out)
     first = next(iter(methods.values())).seed
     with Progress() as progress:
         experiment = Experiment(
@@ -142,7 +145,10 @@ def _settings(options: argparse.Namespace) -> Render:
 
 def _methods(options: argparse.Namespace) -> dict[str, Render]:
     """Each method with the flags that concern it; a flag that concerns none is refused."""
-    named = {name: method(name) for name in options.methods.split(",")}
+    names = options.methods.split(",")
+    if doubles := {name for name in names if names.count(name) > 1}:
+        raise InputError(f"--methods names {min(doubles)!r} twice")
+    named = {name: method(name) for name in names}
     given, used = _given(options, Render), set()
     for name, base in named.items():
         mine = {flag: value for flag, value in given.items() if flag in set(schema.active(base))}
@@ -190,6 +196,12 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}\n")
 
 
+def _positive(text: str) -> int:
+    if int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return int(text)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="rlg", description="Render Blender scenes with learnt path guiding, and compare methods.")
     parser.add_argument("--version", action="version", version=__version__)
@@ -209,8 +221,9 @@ def _parser() -> argparse.ArgumentParser:
     render = command("render", _render, "Render a scene: writes image.exr and result.json.")
     render.add_argument("scene", type=Path, metavar="SCENE", help="a .blend or a bundle")
     render.add_argument("--out", type=Path, required=True, metavar="DIR")
-    render.add_argument("--preset", metavar="NAME", help=f"start from {', '.join(PRESETS)} or a guide's defaults")
-    render.add_argument("--settings", type=Path, metavar="FILE", help="start from JSON settings, like those in a result.json")
+    start = render.add_mutually_exclusive_group()
+    start.add_argument("--preset", metavar="NAME", help=f"start from {', '.join(PRESETS)} or a guide's defaults")
+    start.add_argument("--settings", type=Path, metavar="FILE", help="start from JSON settings, like those in a result.json")
     _add_blender(render)
     add_flags(render, Render)
     add_flags(render, Machine)
@@ -220,9 +233,11 @@ def _parser() -> argparse.ArgumentParser:
     compare.add_argument(
         "--methods", required=True, metavar="NAME,NAME", help=f"guides or presets ({', '.join(PRESETS)}); the first is the baseline"
     )
-    compare.add_argument("--seeds", type=int, default=1, metavar="N", help="runs of each method, with seeds from --seed on (default: 1)")
     compare.add_argument(
-        "--reference-spp", type=int, default=1024, metavar="N", help="samples per pixel of the reference, at least (default: 1024)"
+        "--seeds", type=_positive, default=1, metavar="N", help="runs of each method, with seeds from --seed on (default: 1)"
+    )
+    compare.add_argument(
+        "--reference-spp", type=_positive, default=1024, metavar="N", help="samples per pixel of the reference, at least (default: 1024)"
     )
     compare.add_argument("--out", type=Path, required=True, metavar="DIR")
     _add_blender(compare)

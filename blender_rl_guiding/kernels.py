@@ -1,7 +1,7 @@
 """How kernels are compiled: one decorator, and a cache folder that changes with the source.
 
 Numba's own cache looks only at the file a function stands in, so a kernel would go stale when a function it calls in another
-file changes. Keying the folder by all of the package's source makes that impossible.
+file changes. Keying the folder by the source of every file that has kernels makes that impossible.
 """
 
 import hashlib
@@ -20,7 +20,9 @@ def cache_home() -> Path:
 def _source_key() -> str:
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(file.read_bytes())
+        source = file.read_bytes()
+        if b"import kernel" in source or file == Path(__file__):
+            digest.update(source)
     return digest.hexdigest()[:16]
 
 

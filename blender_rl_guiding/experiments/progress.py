@@ -19,11 +19,13 @@ class Progress:
         self._bars = Bars(*columns, console=self.console, transient=True)
 
     def __enter__(self) -> Self:
-        self._bars.start()
+        if self.console.is_interactive:  # elsewhere rich would only add an empty line at the end
+            self._bars.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._bars.stop()
+        if self.console.is_interactive:
+            self._bars.stop()
 
     def note(self, text: str) -> None:
         """A line that stays."""

@@ -7,7 +7,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from ..kernels import kernel
-from ..sampling import F, add, dot, normalize, scale
+from ..sampling import F, add, dot, normalize, scale, vector
 from .data import SceneData
 
 
@@ -51,10 +51,11 @@ class RayQueries:
 
 @kernel
 def shading_normal(surface, triangle, u, v):
-    """The interpolated unit normal at barycentrics u, v."""
+    """The interpolated unit normal at barycentrics u, v; the face's own where the corners' normals cancel."""
     n = surface.normal[triangle]
     a, b, c = (n[0, 0], n[0, 1], n[0, 2]), (n[1, 0], n[1, 1], n[1, 2]), (n[2, 0], n[2, 1], n[2, 2])
-    return normalize(add(add(scale(a, F(1) - u - v), scale(b, u)), scale(c, v)))
+    between = add(add(scale(a, F(1) - u - v), scale(b, u)), scale(c, v))
+    return normalize(between) if dot(between, between) > F(1e-8) else vector(surface.face_normal, triangle)
 
 
 @kernel
