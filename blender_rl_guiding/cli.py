@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 import shlex
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,10 +22,12 @@ INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status. Bad input is one line on stderr and status 2."""
+    for name in (signal.SIGINT, signal.SIGTERM):  # SIGINT too: a shell has its background jobs ignore it
+        signal.signal(name, signal.default_int_handler)
     options = _parser().parse_args(arguments)
     try:
         options.command(options)
-    except (InputError, schema.SettingsError) as error:
+    except (InputError, schema.SettingsError, FloatingPointError) as error:
         print(f"rlg: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -68,8 +68,8 @@ class Builder:
 
 def look(position: Vector, target: Vector, vfov: float, width: int, height: int) -> Camera:
     """A camera at `position` with z up; vfov in degrees."""
-    position, target = np.asarray(position, np.float64), np.asarray(target, np.float64)
-    back = (position - target) / np.linalg.norm(position - target)
+    back = np.subtract(position, target, dtype=np.float64)
+    back /= np.linalg.norm(back)
     right = np.cross((0.0, 0.0, 1.0), back)
     right /= np.linalg.norm(right)
     matrix = np.eye(4)
