@@ -193,6 +193,8 @@ def _find_bad_triangle(scene: SceneData) -> str:
 
 
 def _find_bad_description(scene: SceneData) -> str:
+    if not scene.name or scene.name != Path(scene.name).name:
+        return f"the name {scene.name!r} is not one that a folder can have"
     for m in scene.materials:
         if not np.isfinite(m.base_color + m.emission).all() or min(m.base_color + m.emission) < 0 or max(m.base_color) > 1:
             return f"material {m.name!r} has base_color {m.base_color} and emission {m.emission}: must be finite, >= 0, base_color <= 1"

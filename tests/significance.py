@@ -1,0 +1,79 @@
+"""The tests of statistical hypotheses, with one rate of false alarms: 1e-4 for each, however many values it looks at."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import stats
+
+ALARM = 1e-4  # seeds are fixed, so a test that passed once goes on passing; this is the chance that it never would have
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+def assert_distributed(observed: np.ndarray, expected: np.ndarray) -> None:
+    """Pearson's chi-squared test of counts, any shape alike, against expected counts; bins expecting fewer than 10 are pooled."""
+    observed, expected = np.ravel(observed).astype(float), np.ravel(expected).astype(float)
+    np.testing.assert_allclose(
+        observed.sum(), expected.sum(), rtol=1e-4, err_msg="samples lie outside the bins, or the pdf is not one in all"
+    )
+    assert observed[expected == 0].sum() == 0, "a sample where the pdf is zero"
+    rare = expected < 10
+    observed, expected = (np.append(x[~rare], x[rare].sum()) for x in (observed, expected))
+    observed, expected = observed[expected > 0], expected[expected > 0]
+    statistic = ((observed - expected) ** 2 / expected).sum()
+    p = stats.chi2.sf(statistic, len(expected) - 1)
+    assert p > ALARM, f"chi-squared {statistic:.1f} in {len(expected)} bins: p = {p:.2g}"
+
+
+def assert_uniform(samples: np.ndarray, bins: int) -> None:
+    """Chi-squared test that the rows of (n, d) samples are uniform in the unit cube, in bins^d cells."""
+    assert samples.min() >= 0
+    assert samples.max() <= 1
+    counts, _ = np.histogramdd(samples, bins=[np.linspace(0, 1, bins + 1)] * samples.shape[1])
+    assert_distributed(counts, np.full(counts.shape, len(samples) / counts.size))
+
+
+def assert_means(mean: np.ndarray, variance: np.ndarray, truth: np.ndarray | float) -> None:
+    """z-test of independent means (of many samples each) against the truth, together.
+
+    Detects, nine times in ten, a bias of `detectable(...)` in a single value.
+    """
+    mean, variance, truth = np.broadcast_arrays(np.asarray(mean, float), variance, truth)
+    assert (variance > 0).all(), "a mean without spread: compare it directly"
+    z = (mean - truth) / np.sqrt(variance)
+    limit = _limit(z.size)
+    worst = np.unravel_index(np.abs(z).argmax(), z.shape)
+    assert abs(z[worst]) < limit, (
+        f"value {worst} is {mean[worst]:.5g}, should be {truth[worst]:.5g}: {z[worst]:+.1f} sigma, limit {limit:.1f}"
+    )
+
+
+def detectable(variance: np.ndarray) -> np.ndarray:
+    """The bias of each mean that `assert_means` finds nine times in ten."""
+    return (_limit(np.size(variance)) + stats.norm.isf(0.1)) * np.sqrt(variance)
+
+
+def _limit(count: int) -> float:
+    return float(stats.norm.isf(ALARM / 2 / count))
+
+
+def hemisphere_counts(directions: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """Counts of (n, 3) directions in equal parts of cos(theta) in [0, 1] and phi in [0, 2 pi): (rows, columns)."""
+    phi = np.arctan2(directions[:, 1], directions[:, 0]) % (2 * np.pi)
+    edges = np.linspace(0, 1, rows + 1), np.linspace(0, 2 * np.pi, columns + 1)
+    return np.histogram2d(directions[:, 2].clip(0, 1), phi, bins=edges)[0]
+
+
+def hemisphere_masses(pdf: Callable[[np.ndarray], np.ndarray], rows: int, columns: int) -> np.ndarray:
+    """The integral of a pdf per solid angle over each of those parts, by Gauss-Legendre quadrature."""
+    z = _nodes(rows, 1.0)
+    phi = _nodes(columns, 2 * np.pi)
+    z, phi = np.broadcast_arrays(z[:, None], phi[None, :])
+    r = np.sqrt(1 - z * z)
+    directions = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=-1)
+    values = pdf(directions.reshape(-1, 3).astype(np.float32)).reshape(rows, len(NODES), columns, len(NODES))
+    return np.einsum("ijkl,j,l->ik", values.astype(float), WEIGHTS / 2 / rows, WEIGHTS * np.pi / columns)
+
+
+def _nodes(parts: int, length: float) -> np.ndarray:
+    """Quadrature nodes in each of the equal parts of [0, length], one after another."""
+    return ((np.arange(parts)[:, None] + (NODES + 1) / 2) * length / parts).ravel()

@@ -1,0 +1,154 @@
+"""Scenes whose image is known on paper: furnaces, one bounce at a time, and a rectangle's light on a plane."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.render import Result, render
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.settings import BSDF, DQN, Machine, NoEncoding, Render, Uniform
+from tests import scenes
+from tests.significance import assert_means
+
+MACHINE = Machine(batch=4096)
+SMALL = DQN(
+    encoder=NoEncoding(),
+    layers=2,
+    width=16,
+    rows=4,
+    columns=6,
+    cells=8,
+    learning_starts=256,
+    batch=256,
+    first_steps=20,
+    steps=4,
+    recorded=2000,
+)
+GUIDES = [Uniform(), BSDF(), SMALL]
+by_guide = pytest.mark.parametrize("guide", GUIDES, ids=lambda guide: guide.kind)
+by_nee = pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
+ALBEDO, EMISSION = 0.6, 0.8
+
+
+def assert_flat(result: Result, truth: float) -> None:
+    """The image's mean, channel by channel, is the truth; samples of different passes and pixels do not correlate."""
+    variance = result.film.variance_of_mean()
+    pixels = result.image.shape[0] * result.image.shape[1]
+    assert_means(result.image.mean(axis=(0, 1), dtype=float), variance.sum(axis=(0, 1)) / pixels**2, truth)
+
+
+def series(bounces: int) -> float:
+    """Radiance in a furnace where light is scattered up to so many times."""
+    return EMISSION * sum(ALBEDO**k for k in range(bounces + 1))
+
+
+# --- white surfaces in white surroundings ------------------------------------------------------------------------------
+
+
+def test_white_cube_is_invisible_to_the_bit_of_rounding():
+    image = render(scenes.white_cube(), Render(spp=64, guide=BSDF()), MACHINE).image
+    np.testing.assert_allclose(image, 1, rtol=2e-6)
+
+
+@pytest.mark.parametrize("guide", [Uniform(), SMALL], ids=lambda guide: guide.kind)
+def test_white_cube_is_invisible_in_the_mean(guide):
+    result = render(scenes.white_cube(), Render(spp=200, guide=guide), MACHINE)
+    assert_flat(result, 1)
+    assert result.film.variance_of_mean().max() > 0
+
+
+# --- inside a closed box: E (1 - a^(n+1)) / (1 - a) ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("bounces", [0, 1, 2, 7])
+def test_box_by_bsdf_is_exact_in_every_sample(bounces):
+    scene = scenes.furnace_box(ALBEDO, EMISSION)
+    image = render(scene, Render(spp=64, max_bounces=bounces), MACHINE).image
+    np.testing.assert_allclose(image, series(bounces), rtol=5e-6)
+
+
+@pytest.mark.parametrize(("guide", "nee"), [(Uniform(), False), (SMALL, False), (Uniform(), True), (BSDF(), True), (SMALL, True)])
+def test_box_in_the_mean(guide, nee):
+    result = render(scenes.furnace_box(ALBEDO, EMISSION), Render(spp=150, nee=nee, guide=guide), MACHINE)
+    assert_flat(result, series(6))
+
+
+def test_scenes_own_depth_is_taken_unless_another_is_asked_for():
+    scene = scenes.furnace_box(ALBEDO, EMISSION, max_bounces=3)
+    assert render(scene, Render(spp=1), MACHINE).image.mean() == pytest.approx(series(3), rel=1e-5)
+    assert render(scene, Render(spp=1, max_bounces=5), MACHINE).image.mean() == pytest.approx(series(5), rel=1e-5)
+
+
+@by_guide
+def test_no_bounce_shows_emitters_only(guide):
+    scene = scenes.tiny()
+    image = render(scene, Render(spp=8, max_bounces=0, nee=True, guide=guide), MACHINE).image
+    emissions = np.array([m.emission for m in scene.materials])
+    hull = emissions.min(axis=0), emissions.max(axis=0)
+    assert (image >= hull[0] - 1e-6).all()
+    assert (image <= hull[1] + 1e-6).all()
+    assert len(np.unique(image.round(4), axis=0)) > 1
+    np.testing.assert_array_equal(image, render(scene, Render(spp=8, max_bounces=0), MACHINE).image)  # no guide, no NEE plays a part
+
+
+def test_every_bounce_adds_its_own_share():
+    """Streams do not depend on the depth limit, so the difference of two limits is one bounce's contribution."""
+    scene = scenes.furnace_box(ALBEDO, EMISSION, size=32)
+    limits = [render(scene, Render(spp=64, max_bounces=n, guide=Uniform()), MACHINE).image for n in range(4)]
+    for n, (less, more) in enumerate(pairwise(limits), start=1):
+        share = (more - less)[..., 0].astype(float)
+        assert_means(share.mean(), share.var() / share.size, EMISSION * ALBEDO**n)
+
+
+def test_learning_goes_on_where_every_path_misses():
+    scene = scenes.lit_quad(scenes.look((0, -2, 0), (0, -9, 0), 40, 8, 8))
+    np.testing.assert_array_equal(render(scene, Render(spp=4, guide=SMALL), MACHINE).image, 0)
+
+
+# --- inside a sphere: light and BSDF sampling agree ----------------------------------------------------------------------
+
+
+def test_sphere_with_next_event_estimation_has_no_noise():
+    """Both densities are cos / pi everywhere, so the balance heuristic gives every estimate its exact value: but for the tessellation."""
+    result = render(scenes.furnace_sphere(ALBEDO, EMISSION), Render(spp=32, nee=True), MACHINE)
+    assert result.image.mean() == pytest.approx(series(6), rel=2e-3)
+    assert np.sqrt(result.film.variance_of_mean().mean() * 32) < 0.05 * series(6)
+
+
+# --- a rectangle's light on a plane --------------------------------------------------------------------------------------
+
+
+def plane_below_lamp(x: float, size: float) -> SceneData:
+    """A camera that looks at the point x of a floor from aside; a lamp of 1.2 x 0.8 at height 0.7 above it, all in units of `size`."""
+    b, s = scenes.Builder(), size
+    b.quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), scenes.material("floor", (0.5, 0.5, 0.5)))
+    low, high, y, z = x - 0.6 * s, x + 0.6 * s, 0.4 * s, 0.7 * s
+    b.quad((low, -y, z), (low, y, z), (high, y, z), (high, -y, z), scenes.material("lamp", emission=(5.0, 5.0, 5.0)))
+    return b.scene(scenes.look((x + 3 * s, 0, 0.5 * s), (x, 0, 0), 0.05, 24, 24), max_bounces=1)
+
+
+def form_factor(a: float, b: float, c: float) -> float:
+    """From a point to a parallel rectangle a x b at distance c, a corner of it straight above (Howell, configuration B-4)."""
+    x, y = a / c, b / c
+    p, q = math.sqrt(1 + x * x), math.sqrt(1 + y * y)
+    return (x / p * math.atan(y / p) + y / q * math.atan(x / q)) / (2 * math.pi)
+
+
+@by_nee
+@by_guide
+@pytest.mark.parametrize(("x", "size"), [(0.0, 1.0), (3.0, 0.1)], ids=["", "close"])
+def test_lamp_lights_the_floor_by_its_form_factor(x, size, guide, nee):
+    """radiance = albedo / pi * irradiance = albedo * emission * form factor, even close to the lamp and far from the origin."""
+    result = render(plane_below_lamp(x, size), Render(spp=120, nee=nee, guide=guide), MACHINE)
+    assert_flat(result, 0.5 * 5.0 * 4 * form_factor(0.6, 0.4, 0.7))
+
+
+def test_both_sides_of_an_emitter_shine():
+    """Cycles' mesh lights do, so that exported scenes agree with it."""
+    b = scenes.Builder()
+    b.quad((-9, 2, -9), (-9, 2, 9), (9, 2, 9), (9, 2, -9), scenes.material("lamp", emission=(1.0, 2.0, 3.0)))
+    for target in ((0, 1, 0), (0, -1, 0)):
+        camera = scenes.look((0, 2 - 2 * target[1], 0), (0, 2, 0), 20, 4, 4)
+        np.testing.assert_allclose(render(b.scene(camera), Render(spp=1), MACHINE).image, np.broadcast_to([1, 2, 3], (4, 4, 3)))

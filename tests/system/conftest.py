@@ -1,0 +1,91 @@
+"""The command line as a user meets it: in a process of its own, and with a way to interrupt it at a chosen moment."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from blender_rl_guiding.scene.data import save
+from tests import scenes
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Runs `rlg` and says on stdout when it comes to a function; as the command's own process, so that signals reach just that.
+TELLING = """
+import importlib, sys
+from blender_rl_guiding import cli
+module, owner, name = sys.argv[1].split(":")
+place = importlib.import_module("blender_rl_guiding." + module)
+place = getattr(place, owner) if owner else place
+real = getattr(place, name)
+def told(*args, **kwargs):
+    print("now", flush=True)
+    return real(*args, **kwargs)
+setattr(place, name, told)
+del sys.argv[1]
+sys.exit(cli.main())
+"""
+
+
+@pytest.fixture
+def bundle(tmp_path: Path) -> Path:
+    """A tiny scene."""
+    save(scenes.tiny(12), tmp_path / "tiny.npz")
+    return tmp_path / "tiny.npz"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_references(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """References of scenes that exist for one test only do not belong into the user's cache; compiled kernels do."""
+    cache = tmp_path_factory.mktemp("cache")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "blender_rl_guiding"
+    (home / "kernels").mkdir(parents=True, exist_ok=True)
+    (cache / "blender_rl_guiding").mkdir()
+    (cache / "blender_rl_guiding" / "kernels").symlink_to(home / "kernels")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(cache))
+        yield
+
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def rlg(compiled: None) -> Run:
+    """`rlg` with arguments, to its end."""
+
+    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", "import sys; from blender_rl_guiding.cli import main; sys.exit(main())", *map(str, arguments)]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+
+    return run
+
+
+@pytest.fixture
+def interrupted(compiled: None) -> Callable[..., tuple[int, float, str]]:
+    """`rlg` with arguments, sent SIGINT when it comes to `moment` ("module:class:function") for the `nth` time.
+
+    Returns its status, the seconds that it took to end, and what it said on stderr.
+    """
+
+    def run(moment: str, nth: int, *arguments: object, after: float = 0.05) -> tuple[int, float, str]:
+        command = [sys.executable, "-c", TELLING, moment, *map(str, arguments)]
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stdout
+            seen = 0
+            while seen < nth:
+                line = process.stdout.readline()
+                assert line, f"ended before {moment}: {process.stderr.read() if process.stderr else ''}"
+                seen += line == "now\n"
+            time.sleep(after)
+            start = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=60)
+            return process.returncode, time.monotonic() - start, said
+
+    return run

@@ -1,0 +1,198 @@
+"""The command line: what it writes, and that every bad input is one line on stderr, a status that is not 0, and no file."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding import cli
+from blender_rl_guiding.experiments.results import COLUMNS
+from blender_rl_guiding.images import read_exr, write_exr
+from blender_rl_guiding.scene.data import load, save
+from blender_rl_guiding.schema import from_dict, to_dict
+from blender_rl_guiding.settings import DQN, Render
+from tests import scenes
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = [
+    "--dqn.layers",
+    "2",
+    "--dqn.width",
+    "8",
+    "--dqn.rows",
+    "3",
+    "--dqn.columns",
+    "4",
+    "--dqn.learning-starts",
+    "64",
+    "--dqn.batch",
+    "64",
+]
+SMALL += ["--dqn.first-steps", "4", "--dqn.steps", "2"]
+
+
+def files(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+
+
+# --- what it writes --------------------------------------------------------------------------------------------------
+
+
+def test_render_writes_an_image_and_how_it_was_made(rlg, bundle, tmp_path):
+    out = tmp_path / "new" / "out"
+    done = rlg("render", bundle, "--out", out, "--spp", 3, "--guide", "dqn", "--seed", 5, "--nee", *SMALL)
+    assert (done.returncode, done.stdout) == (0, f"{out / 'image.exr'}\n")
+    assert files(out) == {"image.exr", "result.json"}
+    image, header = read_exr(out / "image.exr")
+    result = json.loads((out / "result.json").read_text())
+    assert image.shape == (12, 12, 3)
+    assert header["scene_key"] == result["scene_key"] == load(bundle).key
+    settings = from_dict(Render, json.loads(header["settings"]))
+    assert settings == from_dict(Render, result["settings"])
+    assert (settings.spp, settings.seed, settings.nee) == (3, 5, True)
+    assert isinstance(settings.guide, DQN)
+    assert (settings.guide.width, settings.guide.rows) == (8, 3)
+    assert (result["spp"], result["finished"], result["method"], len(result["curve"])) == (3, True, "dqn", 3)
+
+
+def test_settings_of_a_result_give_the_image_again(bundle, tmp_path):
+    assert cli.main(["render", str(bundle), "--out", str(tmp_path / "a"), "--spp", "2", "--preset", "uniform_nee"]) == 0
+    settings = json.loads((tmp_path / "a" / "result.json").read_text())["settings"]
+    (tmp_path / "settings.json").write_text(json.dumps(settings))
+    assert cli.main(["render", str(bundle), "--out", str(tmp_path / "b"), "--settings", str(tmp_path / "settings.json")]) == 0
+    np.testing.assert_array_equal(read_exr(tmp_path / "a" / "image.exr")[0], read_exr(tmp_path / "b" / "image.exr")[0])
+
+
+def test_compare_writes_a_report_and_a_row_for_each_run(rlg, bundle, tmp_path):
+    save(scenes.furnace_box(0.5, 1.0, size=8), tmp_path / "furnace.npz")
+    out, command = tmp_path / "out", ["--methods", "uniform,dqn,bsdf_nee", "--spp", 2, "--seeds", 2, "--seed", 7, "--reference-spp", 128]
+    done = rlg("compare", bundle, tmp_path / "furnace.npz", *command, "--out", out, *SMALL)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == str(out / "report.html")
+    with (out / "table.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert set(rows[0]) >= {"scene", "method", "seed", "spp", "seconds", "learn_seconds", "rays", "mape_display", "mape", "relmse", "flip"}
+    expected = {(s, m, n) for s in ("tiny", "furnace") for m in ("uniform", "dqn", "bsdf_nee") for n in ("7", "8")}
+    assert {(row["scene"], row["method"], row["seed"]) for row in rows} == expected
+    assert len(rows) == len(expected)
+    assert all(float(row[name]) >= 0 for row in rows for name in COLUMNS[3:])
+    assert "<html" in (out / "report.html").read_text()
+
+
+def test_metrics_prints_json(capsys, tmp_path):
+    ones = np.ones((8, 8, 3), np.float32)
+    write_exr(tmp_path / "a.exr", 0.25 * ones, {})
+    write_exr(tmp_path / "b.exr", ones, {})
+    assert cli.main(["metrics", str(tmp_path / "a.exr"), str(tmp_path / "b.exr")]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    assert set(numbers) == {"mape_display", "mape", "relmse", "flip"}
+    assert numbers["mape_display"] == pytest.approx(0.5 / 1.001)
+
+
+def test_report_again_needs_no_rendering(bundle, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert cli.main(["compare", str(bundle), "--methods", "bsdf", "--spp", "1", "--reference-spp", "1", "--out", str(out)]) == 0
+    page = (out / "report.html").read_text()
+    (out / "report.html").unlink()
+    assert cli.main(["report", str(out)]) == 0
+    assert (out / "report.html").read_text() == page
+    assert capsys.readouterr().out.endswith(f"{out / 'report.html'}\n")
+
+
+# --- bad input -------------------------------------------------------------------------------------------------------
+
+COMPARE = ["compare", "{bundle}", "--out", "{out}", "--spp", "1", "--reference-spp", "1", "--methods"]
+RENDER = ["render", "{bundle}", "--out", "{out}", "--spp", "1"]
+
+# What the line must name, and the command.
+BAD = {
+    "invalid choice: 'draw'": ["draw"],
+    "COMMAND": [],
+    "--out": ["render", "{bundle}"],
+    "no such.npz: No such file": ["render", "{here}/no such.npz", "--out", "{out}"],
+    "no such.blend: No such file": ["render", "{here}/no such.blend", "--out", "{out}"],
+    "empty.blend is not a .blend": ["render", "{here}/empty.blend", "--out", "{out}"],
+    "image.exr: not a scene bundle": ["render", "{here}/image.exr", "--out", "{out}"],
+    "cut.npz: not a scene bundle": ["compare", "{here}/cut.npz", "--out", "{out}", "--methods", "bsdf"],
+    "dark.npz: the scene has no light": ["render", "{here}/dark.npz", "--out", "{out}"],
+    "two scenes are called 'tiny'": ["compare", "{bundle}", "{bundle}", "--out", "{out}", "--methods", "bsdf"],
+    "--sppp": [*RENDER, "--sppp", "3"],
+    "--spp: invalid int value: 'many'": [*RENDER, "--spp", "many"],
+    "spp=0 is out of range": [*RENDER, "--spp", "0"],
+    "max_bounces=-2 is out of range": [*RENDER, "--max-bounces", "-2"],
+    "invalid choice: 'best'": [*RENDER, "--guide", "best"],
+    "dqn.width=8 has no effect": [*RENDER, "--dqn.width", "8"],
+    "dqn.tau=2.0 is out of range": [*RENDER, "--guide", "dqn", "--dqn.tau", "2"],
+    "frequency.octaves=3 has no effect": [*RENDER, "--guide", "dqn", "--dqn.encoder", "none", "--frequency.octaves", "3"],
+    "machine.threads=-1": [*RENDER, "--threads", "-1"],
+    "'fastest'": [*RENDER, "--preset", "fastest"],
+    "not allowed with": [*RENDER, "--preset", "dqn", "--settings", "{here}/typo.json"],
+    "typo.json: dqn has no setting 'widht'; did you mean 'width'": [*RENDER, "--settings", "{here}/typo.json"],
+    "range.json: render.spp=-3": [*RENDER, "--settings", "{here}/range.json"],
+    "broken.json: ": [*RENDER, "--settings", "{here}/broken.json"],
+    "none.json: No such file": [*RENDER, "--settings", "{here}/none.json"],
+    "'qtable'": [*COMPARE, "bsdf,qtable"],
+    "method ''": [*COMPARE, ""],
+    "method '' ": [*COMPARE, "bsdf,"],
+    "'bsdf' twice": [*COMPARE, "bsdf,uniform,bsdf"],
+    "--seeds: 0": [*COMPARE, "bsdf", "--seeds", "0"],
+    "--reference-spp: -1": [*COMPARE, "bsdf", "--reference-spp", "-1"],
+    "--dqn.width concerns none of": [*COMPARE, "bsdf,uniform", "--dqn.width", "8"],
+    "cannot write to {here}/file/x: ": ["render", "{bundle}", "--out", "{here}/file/x"],
+    "cannot write to /dev/null/x: /dev/null is not a folder": ["compare", "{bundle}", "--out", "/dev/null/x", "--methods", "bsdf"],
+    "cannot write {here}/file/x.npz: ": ["export", str(ROOT / "scenes" / "c1.blend"), "{here}/file/x.npz"],
+    "cut.blend": ["export", "{here}/cut.blend", "{out}/x.npz"],
+    "cannot run /no/blender": ["export", str(ROOT / "scenes" / "c1.blend"), "{out}/x.npz", "--blender", "/no/blender"],
+    "none.exr": ["metrics", "{here}/none.exr", "{here}/image.exr"],
+    "file: not an EXR": ["metrics", "{here}/file", "{here}/image.exr"],
+    "experiment.json": ["report", "{out}"],
+}
+
+
+@pytest.fixture
+def bad_files(bundle: Path, tmp_path: Path) -> Path:
+    """A folder with one file of every fault."""
+    (tmp_path / "cut.npz").write_bytes(bundle.read_bytes()[:1000])
+    (tmp_path / "cut.blend").write_bytes((ROOT / "scenes" / "c1.blend").read_bytes()[:5000])
+    (tmp_path / "empty.blend").touch()
+    (tmp_path / "file").write_text("text")
+    dark = scenes.Builder()
+    dark.quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), scenes.material("grey", (0.5,) * 3))
+    save(dark.scene(scenes.look((0, -1, 1), (0, 0, 0), 40, 2, 2)), tmp_path / "dark.npz")
+    write_exr(tmp_path / "image.exr", np.ones((4, 4, 3), np.float32), {})
+    settings = to_dict(Render(guide=DQN()))
+    (tmp_path / "typo.json").write_text(json.dumps(settings | {"guide": {"kind": "dqn", "widht": 3}}))
+    (tmp_path / "range.json").write_text('{"spp": -3}')
+    (tmp_path / "broken.json").write_text('{"spp": ')
+    return tmp_path
+
+
+@pytest.mark.parametrize("named", BAD)
+def test_bad_input_is_one_line_and_leaves_nothing(named, bad_files, bundle, capfd):
+    places = {"bundle": bundle, "here": bad_files, "out": bad_files / "out"}
+    before = files(bad_files)
+    try:
+        status = cli.main([argument.format(**places) for argument in BAD[named]])
+    except SystemExit as leaving:
+        status = leaving.code
+    said = capfd.readouterr()
+    assert status == 2
+    assert said.out == ""
+    lines = said.err.splitlines()
+    assert len(lines) == 1, said.err
+    assert named.format(**places) in lines[0]
+    assert lines[0].startswith("rlg")
+    assert files(bad_files) == before
+
+
+def test_the_process_reports_the_same(rlg, tmp_path):
+    done = rlg("render", tmp_path / "none.npz", "--out", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.strip() == f"rlg: cannot read {tmp_path / 'none.npz'}: No such file or directory"
+
+
+def test_help_and_version(rlg):
+    assert "--dqn.learning-rate" in rlg("render", "--help").stdout
+    assert rlg("--version").stdout == "0.1.0\n"

@@ -1,0 +1,84 @@
+"""Scene, settings and seed decide every bit of the image: not threads, not batches, not the process or its environment."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.render import Result, render
+from blender_rl_guiding.scene.data import save
+from blender_rl_guiding.schema import to_dict
+from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
+from tests import scenes
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = DQN(layers=2, width=16, rows=4, columns=6, cells=8, recorded=3000, learning_starts=256, batch=256, first_steps=10, steps=4)
+METHODS = {
+    "uniform": Render(spp=6, guide=Uniform()),
+    "bsdf": Render(spp=6),
+    "bsdf nee": Render(spp=6, nee=True),
+    "dqn": Render(spp=6, guide=SMALL),
+    "dqn nee": Render(spp=6, guide=SMALL, nee=True),
+}
+
+OTHER_PROCESS = """
+import hashlib, sys, json
+from pathlib import Path
+from blender_rl_guiding import schema
+from blender_rl_guiding.render import render
+from blender_rl_guiding.scene.data import load
+from blender_rl_guiding.settings import Machine, Render
+result = render(load(Path(sys.argv[1])), schema.from_dict(Render, json.loads(sys.argv[2])), Machine(threads=2, batch=5000))
+print(hashlib.sha256(result.image.tobytes()).hexdigest())
+"""
+
+
+@cache
+def base(method: str) -> Result:
+    return render(scenes.tiny(64), METHODS[method], Machine(threads=1, batch=4097))
+
+
+@pytest.mark.parametrize(("threads", "batch"), [(1, 1000), (1, 16384), (2, 1000), (2, 4097), (2, 16384), (3, 77)])
+@pytest.mark.parametrize("method", METHODS)
+def test_threads_and_batches_change_nothing(method, threads, batch):
+    result = render(scenes.tiny(64), METHODS[method], Machine(threads=threads, batch=batch))
+    np.testing.assert_array_equal(result.image, base(method).image)
+    assert result.rays == base(method).rays
+    assert [entry.get("loss") for entry in result.curve] == [entry.get("loss") for entry in base(method).curve]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_another_seed_is_another_image(method):
+    other = render(scenes.tiny(64), replace(METHODS[method], seed=1), Machine())
+    assert (other.image != base(method).image).mean() > 0.5
+
+
+def test_guides_that_learn_have_learnt():
+    for method in ("dqn", "dqn nee"):
+        assert "loss" in base(method).curve[-2]
+        assert (base(method).image != base(method.replace("dqn", "bsdf")).image).mean() > 0.5
+
+
+def test_samples_are_the_same_however_many_follow():
+    """A longer render begins with a shorter one's samples."""
+    short, long = (render(scenes.tiny(16), Render(spp=spp), Machine()).film for spp in (3, 6))
+    rest = 2 * long.mean().astype(float) - short.mean()  # samples 4 to 6
+    assert (rest > -1e-4).all()
+    assert np.abs(rest - short.mean()).max() > 0.01
+
+
+@pytest.mark.parametrize("omp_threads", ["1", "2"])
+@pytest.mark.parametrize("method", ["bsdf nee", "dqn", "dqn nee"])
+def test_another_process_gives_the_same_bits(method, omp_threads, tmp_path):
+    save(scenes.tiny(64), tmp_path / "scene.npz")
+    command = [sys.executable, "-c", OTHER_PROCESS, str(tmp_path / "scene.npz"), json.dumps(to_dict(METHODS[method]))]
+    environment = os.environ | {"OMP_NUM_THREADS": omp_threads, "MKL_NUM_THREADS": omp_threads}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == hashlib.sha256(base(method).image.tobytes()).hexdigest()

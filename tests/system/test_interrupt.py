@@ -1,0 +1,80 @@
+"""Ctrl-C ends a command within two seconds and leaves whole files or none."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.render import render
+from blender_rl_guiding.scene.data import SceneData, load, save
+from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
+from tests import scenes
+
+ROOT = Path(__file__).resolve().parents[2]
+PROMPT = 2.0  # seconds
+TRACING, LEARNING = "render.renderer:PassTracer:trace", "guiding.dqn:DQNGuide:learn"
+LONG_LEARNING = ["--guide", "dqn", "--dqn.learning-starts", "64", "--dqn.first-steps", "5", "--dqn.steps", "100000"]
+
+
+@pytest.fixture
+def large(tmp_path: Path) -> Path:
+    """A scene whose every pass takes a while."""
+    save(scenes.tiny(300), tmp_path / "tiny.npz")
+    return tmp_path / "tiny.npz"
+
+
+def everything(folder: Path) -> set[str]:
+    return {path.name for path in folder.rglob("*")}
+
+
+def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
+    """The image is that of the finished samples, to the bit."""
+    assert everything(out) == {"image.exr", "result.json"}
+    result = json.loads((out / "result.json").read_text())
+    assert result["finished"] is False
+    assert 0 < result["spp"] < settings.spp
+    shorter = Render(spp=result["spp"], seed=settings.seed, guide=settings.guide)
+    np.testing.assert_array_equal(read_exr(out / "image.exr")[0], render(scene, shorter, Machine()).image)
+
+
+def test_while_rendering_it_keeps_the_finished_samples(interrupted, large, tmp_path):
+    spp = ["--spp", "1000", "--guide", "uniform"]
+    status, seconds, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *spp)  # 3 passes are for warming up
+    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform()))
+    assert said.splitlines()[-1].startswith("rlg: interrupted after ")
+
+
+def test_while_rendering_the_first_pass_it_leaves_nothing(interrupted, large, tmp_path):
+    status, seconds, said = interrupted(TRACING, 2, "render", large, "--out", tmp_path / "out", "--spp", 1000)
+    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    assert everything(tmp_path) == {"tiny.npz"}
+    assert said.splitlines()[-1] == "rlg: interrupted after 0 of 1000 samples"
+
+
+@pytest.mark.parametrize("after", [0.02, 0.5])
+def test_while_learning_it_keeps_the_finished_samples(interrupted, bundle, tmp_path, after):
+    arguments = ["render", bundle, "--out", tmp_path / "out", "--spp", 1000, *LONG_LEARNING]
+    status, seconds, said = interrupted(LEARNING, 4, *arguments, after=after)  # warming up learns twice
+    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    guide = DQN(learning_starts=64, first_steps=5, steps=100000)
+    assert_whole(tmp_path / "out", load(bundle), Render(spp=1000, guide=guide))
+
+
+def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_path):
+    for moment in ("scene.blend::open_scene", "render.renderer::_tiny_scene"):
+        status, seconds, said = interrupted(moment, 1, "render", bundle, "--out", tmp_path / "out", after=0.01)
+        assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+        assert everything(tmp_path) == {"tiny.npz"}
+        assert said.splitlines()[-1].startswith("rlg: interrupted")
+
+
+@pytest.mark.parametrize("after", [0.1, 1.5])
+def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
+    arguments = ["export", ROOT / "scenes" / "c1.blend", tmp_path / "c1.npz"]
+    status, seconds, said = interrupted("scene.blend::_run", 1, *arguments, after=after)
+    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    assert everything(tmp_path) == set()
+    assert said.splitlines()[-1] == "rlg: interrupted"

@@ -1,0 +1,183 @@
+"""The deep Q-network's learning: its target by hand, its table, and that it converges to the radiance that is known on paper."""
+
+import numpy as np
+import pytest
+import torch
+
+from blender_rl_guiding.guiding.base import Transitions
+from blender_rl_guiding.guiding.dqn import MEAN_REWARD, DQNGuide, patches_of
+from blender_rl_guiding.guiding.patches import mean_cosines
+from blender_rl_guiding.render.passes import PassTracer
+from blender_rl_guiding.sampling import F, tangents, to_local
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.settings import DQN, Frequency, Machine, NoEncoding, Render
+from tests import scenes
+
+ROWS, COLUMNS = 4, 6
+N = ROWS * COLUMNS
+SMALL = {"layers": 2, "width": 16, "rows": ROWS, "columns": COLUMNS, "cells": 8, "learning_starts": 64, "batch": 256, "first_steps": 20}
+UP = (0.0, 0.0, 1.0)
+
+
+def new_guide(scene: SceneData | None = None, **settings) -> DQNGuide:
+    return DQNGuide(DQN(**(SMALL | settings)), scene or scenes.furnace_box(0.5, 1.0), seed=3)
+
+
+def transitions(rewards, albedos, positions=None, next_positions=None, directions=None) -> Transitions:
+    """From and to walls that face up."""
+    n = len(rewards)
+    rng = np.random.default_rng(2)
+    directions = rng.normal(size=(n, 3)) if directions is None else np.asarray(directions)
+    directions[:, 2] = np.abs(directions[:, 2])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    positions, next_positions = (np.zeros((n, 3)) if p is None else p for p in (positions, next_positions))
+    normals = np.broadcast_to(UP, (n, 3))
+    values = (np.arange(n), positions, normals, directions, next_positions, normals, rewards, albedos)
+    return Transitions(*(np.array(v, np.int64 if i == 0 else np.float32) for i, v in enumerate(values)))
+
+
+class Fixed(torch.nn.Module):
+    """A network that says the same of every state."""
+
+    def __init__(self, q: np.ndarray) -> None:
+        super().__init__()
+        self.q = torch.nn.Parameter(torch.from_numpy(q.astype(np.float32)))
+
+    def forward(self, x: torch.Tensor, n: torch.Tensor) -> torch.Tensor:
+        return self.q.expand(len(x), -1)
+
+    def of_patch(self, x: torch.Tensor, n: torch.Tensor, patch: torch.Tensor) -> torch.Tensor:
+        return self.q[patch]
+
+
+# --- target ----------------------------------------------------------------------------------------------------------
+
+
+def test_expected_sarsa_target_by_hand():
+    guide, q = new_guide(), np.random.default_rng(1).exponential(size=N)
+    guide._target, guide._scale = Fixed(q), 0.5
+    cosines = (np.arange(N) // COLUMNS + 0.5) / ROWS
+    value = 2 * np.pi / N * (q * cosines).sum() / np.pi  # (2 pi / N) sum_k Q_k f cos_k, for albedo 1
+    target = guide._expected_sarsa(transitions(rewards=[0, 4, 4, 0], albedos=[1, 0, 0.25, 0]))
+    np.testing.assert_allclose(target, [value, 2, 2 + 0.25 * value, 0], rtol=1e-5)
+
+
+def test_value_of_an_even_sky_is_albedo_times_radiance():
+    guide = new_guide()
+    guide._target, guide._scale = Fixed(np.full(N, 0.7)), 1.0
+    np.testing.assert_allclose(guide._expected_sarsa(transitions([0, 1], [0.6, 0.6])), [0.42, 1.42], rtol=1e-5)
+
+
+def test_no_gradient_flows_through_the_target():
+    guide = new_guide()
+    guide._target, guide._scale = guide._online, 1.0  # even if it were the online network
+    assert not guide._expected_sarsa(transitions([1.0], [1.0])).requires_grad
+
+
+@pytest.mark.parametrize("error", ["squared", "relative"])
+def test_first_loss_by_hand(error):
+    guide = new_guide(error=error)
+    q, batch = np.full(N, 0.3), transitions([1.0, 0.0], [0.0, 0.5])
+    guide._online, guide._target, guide._scale = Fixed(q), Fixed(q), 1.0  # type: ignore[assignment]
+    expected = np.mean([(0.3 - 1) ** 2, (0.3 - 0.5 * 0.3) ** 2]) / (1 if error == "squared" else 0.3**2 + 0.01)
+    assert guide._train(batch) == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_training_step_moves_the_target_by_tau():
+    guide = new_guide(tau=0.25)
+    guide._scale = 1.0
+    before = [p.clone() for p in guide._target.parameters()]
+    guide._train(transitions(np.ones(8), np.ones(8)))
+    for now, old, online in zip(guide._target.parameters(), before, guide._online.parameters(), strict=True):
+        np.testing.assert_allclose(now.detach(), (0.75 * old + 0.25 * online).detach(), atol=1e-6)
+
+
+def test_patches_of_directions():
+    normals = np.array([UP, (0, 1, 0), (0.6, 0, -0.8), (0.6, 0, 0.8)], np.float32)
+    directions = np.array([(0.1, 0.2, 0.97), (0.7, 0.5, 0.5), (0.1, -0.2, -0.97), (-0.8, 0, 0.6)], np.float32)
+    for n, w, found in zip(normals, directions, patches_of(ROWS, COLUMNS, normals, directions), strict=True):
+        x, y, z = to_local(*tangents(tuple(map(F, n))), tuple(map(F, n)), tuple(map(F, w)))
+        assert found == min(int(max(z, 0) * ROWS), ROWS - 1) * COLUMNS + int(np.arctan2(y, x) % (2 * np.pi) / (2 * np.pi) * COLUMNS)
+
+
+# --- when it learns ----------------------------------------------------------------------------------------------------
+
+
+def test_learning_waits_for_transitions_and_for_light():
+    guide = new_guide(learning_starts=10, first_steps=3, steps=4, max_steps=8)
+    assert guide.directions().bsdf_fraction == 1
+    assert guide.learn(transitions(np.zeros(20), np.ones(20))) == {}  # no light seen yet
+    assert new_guide(learning_starts=10).learn(transitions(np.ones(9), np.ones(9))) == {}  # too few
+    assert guide.learn(transitions(np.full(5, 8.0), np.ones(5)))["steps"] == 3  # first_steps
+    assert guide._scale == pytest.approx(MEAN_REWARD / 8)  # by the first pass that saw light
+    assert guide.directions().bsdf_fraction == np.float32(0.3)
+    assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 3 + 4
+    assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 8  # max_steps
+    assert guide.learn(transitions(np.full(5, 1.0), np.ones(5))) == {}
+
+
+@pytest.mark.parametrize("weights", ["radiance", "product"])
+def test_table_is_q_or_q_times_cosine(weights):
+    guide = new_guide(weights=weights, first_steps=1)
+    guide.learn(transitions(np.ones(100), np.ones(100), positions=np.random.default_rng(1).random((100, 3))))
+    q = guide._online(*guide._state(*guide._cells.states())).detach().numpy().astype(float)
+    expected = q * (mean_cosines(ROWS, COLUMNS) if weights == "product" else 1)
+    cdf = guide.directions().cdf
+    assert len(cdf) == guide._cells.count > 3
+    np.testing.assert_allclose(np.diff(cdf, axis=1, prepend=0), expected / expected.sum(axis=1, keepdims=True), atol=1e-6)
+    np.testing.assert_array_equal(cdf[:, -1], 1)
+
+
+# --- what it learns ----------------------------------------------------------------------------------------------------
+
+
+def learned(scene: SceneData, render: Render, passes: int) -> tuple[DQNGuide, np.ndarray]:
+    """A guide after so many passes of one sample, and its Q in the scene's units for every cell, (C, N)."""
+    guide, tracer = DQNGuide(render.guide, scene, seed=3), PassTracer(scene, render, Machine(batch=4096), learning=True)  # type: ignore[arg-type]
+    for sample in range(passes):
+        guide.learn(tracer.trace(guide.directions(), sample, 1, guide.wanted())[1])
+    with torch.no_grad():
+        return guide, guide._online(*guide._state(*guide._cells.states())).numpy() / guide._scale
+
+
+def test_two_states_learn_their_bellman_equations():
+    """Through every direction state 0 sees a wall of emission 1 and albedo 1/2 in state 1, which sees a wall of emission 0 in state 0."""
+    guide = new_guide(scenes.furnace_box(0.5, 1.0), encoder=NoEncoding(), first_steps=600, tau=0.1, decay=0.995, learning_rate=0.02)
+    n = 4000
+    here = np.arange(n) % 2
+    positions = np.where(here[:, None], (1.0, 0.5, 0.9), (-0.5, -0.5, 0.1))
+    guide.learn(transitions(rewards=1.0 - here, albedos=np.full(n, 0.5), positions=positions, next_positions=positions[::-1].copy()))
+    # positions[::-1] pairs each state with the other; Q0 = 1 + Q1 / 2, Q1 = Q0 / 2.
+    with torch.no_grad():
+        q = guide._online(*guide._state(positions[:2].astype(np.float32), np.array([UP, UP], np.float32))).numpy() / guide._scale
+    np.testing.assert_allclose(q.mean(axis=1), [4 / 3, 2 / 3], rtol=0.03)
+    assert q.std(axis=1).max() < 0.05
+
+
+@pytest.mark.parametrize("encoder", [NoEncoding(), Frequency(3)], ids=lambda e: e.kind)
+@pytest.mark.parametrize("bounces", [2, 6])
+def test_furnace_converges_to_its_radiance(encoder, bounces):
+    """E / (1 - a) arrives from everywhere, however short the paths are."""
+    settings = DQN(encoder=encoder, **SMALL | {"recorded": 3000, "steps": 20, "tau": 0.1, "decay": 0.997})
+    _, q = learned(scenes.furnace_box(0.6, 0.8, size=48), Render(max_bounces=bounces, guide=settings), 30)
+    truth = 0.8 / (1 - 0.6)
+    assert q.mean() == pytest.approx(truth, rel=0.02)
+    assert np.sqrt(np.mean((q / truth - 1) ** 2)) < 0.05
+
+
+def test_with_next_event_estimation_q_is_what_that_leaves():
+    """In the emitting sphere both ways to find the light weigh 1/2: E / 2 is left, and all the light that was scattered."""
+    settings = DQN(encoder=NoEncoding(), bsdf_fraction=1.0, **SMALL | {"recorded": 3000, "steps": 20, "tau": 0.1, "decay": 0.997})
+    _, q = learned(scenes.furnace_sphere(0.6, 0.8, size=48), Render(max_bounces=5, nee=True, guide=settings), 30)
+    truth = 0.8 / 2 + 0.6 * 0.8 / (1 - 0.6)
+    assert q.mean() == pytest.approx(truth, rel=0.03)
+    assert np.sqrt(np.mean((q / truth - 1) ** 2)) < 0.06
+
+
+def test_lamp_is_found():
+    """On the floor below the tiny scene's lamp, the patch towards it is the brightest by far."""
+    settings = DQN(**SMALL | {"recorded": 5000, "steps": 20, "rows": 6, "columns": 8})
+    guide, _ = learned(scenes.tiny(64), Render(guide=settings), 30)
+    with torch.no_grad():
+        q = guide._online(*guide._state(np.zeros((1, 3), np.float32), np.array([UP], np.float32))).numpy()[0]
+    assert q[40:].mean() > 5 * q[:40].mean()  # the row around the zenith

@@ -1,0 +1,58 @@
+"""The replay memory forgets the oldest first and draws without replacement."""
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.guiding.base import Transitions, empty_transitions
+from blender_rl_guiding.guiding.replay import ReplayMemory
+
+
+def numbered(first: int, count: int) -> Transitions:
+    """Transitions whose every field tells their number."""
+    order = np.arange(first, first + count)
+    return Transitions(
+        *(np.broadcast_to(order.reshape(-1, *[1] * (a.ndim - 1)), a.shape).astype(a.dtype) for a in empty_transitions(count))
+    )
+
+
+def held(memory: ReplayMemory) -> list[int]:
+    """The numbers of all that is remembered, after a check that fields did not get apart."""
+    drawn = memory.sample(len(memory), np.random.default_rng(0))
+    for array in drawn:
+        np.testing.assert_array_equal(array.reshape(len(memory), -1)[:, 0], drawn.order)
+    return sorted(drawn.order.tolist())
+
+
+@pytest.mark.parametrize(
+    ("added", "expected"),
+    [([3], range(3)), ([7], range(7)), ([5, 4], range(2, 9)), ([20], range(13, 20)), ([3, 20, 2], range(18, 25)), ([0, 3], range(3))],
+)
+def test_the_last_remain(added, expected):
+    memory, first = ReplayMemory(7), 0
+    for count in added:
+        memory.add(numbered(first, count))
+        first += count
+    assert held(memory) == list(expected)
+
+
+def test_batches_are_drawn_without_replacement_and_uniformly():
+    memory, rng, counts = ReplayMemory(10), np.random.default_rng(1), np.zeros(10)
+    memory.add(numbered(0, 10))
+    for _ in range(2000):
+        drawn = memory.sample(4, rng).order
+        assert len(set(drawn.tolist())) == 4
+        counts[drawn] += 1
+    np.testing.assert_allclose(counts, 800, atol=5 * np.sqrt(2000 * 0.4 * 0.6))  # five sigma of the binomial
+
+
+def test_fewer_than_a_batch_are_all():
+    memory = ReplayMemory(10)
+    memory.add(numbered(0, 3))
+    assert sorted(memory.sample(8, np.random.default_rng(0)).order) == [0, 1, 2]
+
+
+def test_memory_is_a_copy():
+    memory, new = ReplayMemory(4), numbered(0, 2)
+    memory.add(new)
+    new.order[:] = 9
+    assert held(memory) == [0, 1]
