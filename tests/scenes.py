@@ -141,14 +141,3 @@ def tiny(size: int = 16, max_bounces: int = 4) -> SceneData:
     b.sphere((0.3, 0.2, 0.3), 0.25, material("ball", (0.3, 0.8, 0.4)), segments=24, rings=12)
     b.quad((-1, 0, 0.5), (-0.4, 0, 0.5), (-0.4, 1, 0.5), (-1, 1, 0.5), grey)
     return b.scene(look((0.1, -0.95, 0.5), (0, 0, 0.45), 75, size, size), max_bounces=max_bounces, name="tiny")
-
-
-def c1(size: int = 250, max_bounces: int = 9) -> SceneData:
-    """Scene C1 of the slides, y and z swapped."""
-    grey, red, blue = (material(n, c) for n, c in (("grey", (0.75,) * 3), ("red", (0.75, 0.25, 0.25)), ("blue", (0.25, 0.25, 0.75))))
-    b = Builder()
-    box(b, (-1.5, -1.5, 0), (1.5, 1.5, 1), {"-x": red, "+x": blue, "-y": grey, "+y": grey, "-z": grey, "+z": grey})
-    b.quad((-0.3, -0.4, 0.999), (-0.3, 0.4, 0.999), (0.3, 0.4, 0.999), (0.3, -0.4, 0.999), material("light", emission=(8.0, 8.0, 8.0)))
-    for x, colour in ((-0.6, (0.75, 0.35, 0.35)), (0.0, (0.25, 0.35, 0.65)), (0.6, (0.35, 0.85, 0.15))):
-        b.sphere((x, 0, 0.201), 0.2, material(f"sphere {x}", colour))
-    return b.scene(look((0, -1.3, 0.5), (0, 0, 0.5), 70, size, size), max_bounces=max_bounces, name="c1")

@@ -76,7 +76,8 @@ def _reference(scene: SceneData, experiment: Experiment, folder: Path, machine: 
     bounces = {_bounces(scene, settings) for settings in experiment.methods.values()}
     if len(bounces) > 1:
         raise InputError(f"the methods trace paths of different lengths ({sorted(bounces)} bounces): they have no common reference")
-    with progress.bar(f"{scene.name}: reference, kept for the next time", 1) as advance:
+    progress.note(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time")
+    with progress.bar(f"{scene.name}: reference", 1) as advance:
         truth = reference(scene, bounces.pop(), experiment.reference_spp, machine, advance)
     write_exr(folder / scene.name / "reference.exr", truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
     return truth

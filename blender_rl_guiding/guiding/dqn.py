@@ -11,6 +11,7 @@ from ..kernels import kernel
 from ..sampling import tangents, to_local, vector
 from ..scene.data import SceneData
 from ..settings import DQN
+from .adam import Adam
 from .base import Transitions
 from .cells import CellTable
 from .directions import Directions, one_cell
@@ -42,8 +43,7 @@ class DQNGuide:
         self._memory = ReplayMemory(settings.memory)
         self._online = QNetwork(settings)
         self._target = target_of(self._online)
-        self._optimiser = torch.optim.Adam(self._online.parameters(), settings.learning_rate)
-        self._schedule = torch.optim.lr_scheduler.ExponentialLR(self._optimiser, settings.decay)
+        self._optimiser = Adam(self._online.parameters(), settings.learning_rate, settings.decay)
         self._cosines = torch.from_numpy(mean_cosines(settings.rows, settings.columns))
         self._scale = 0.0  # on rewards; 0 while no light was found
         self._steps = 0
@@ -79,10 +79,8 @@ class DQNGuide:
         if s.error == "relative":
             error = error / (q.detach().square() + SMALL_Q)
         loss = error.mean()
-        self._optimiser.zero_grad()
         loss.backward()
         self._optimiser.step()
-        self._schedule.step()
         soft_update(self._target, self._online, s.tau)
         return loss.item()
 

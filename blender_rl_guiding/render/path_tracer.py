@@ -90,6 +90,8 @@ def bounce(scene, directions, settings, depth, count, paths, hits, following, sh
         # --- local frame and guide --------------------------------------------------------------------------------------------
         t, b = tangents(n)
         wo = to_local(t, b, n, scale(ray, F(-1)))
+        # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
+        origin = off_surface(x, face_normal, distance[i])
         cell = guide.find_cell(directions.cells, x, n) if directions.bsdf_fraction < F(1) else guide.UNKNOWN
 
         # --- next-event estimation --------------------------------------------------------------------------------------------
@@ -97,7 +99,7 @@ def bounce(scene, directions, settings, depth, count, paths, hits, following, sh
             u, _ = uniform2(key, dimension + 1)
             v, w = uniform2(key, dimension + 2)
             y, light = sample_light(lights, u, v, w)
-            if next_event(scene, directions, cell, x, n, face_normal, t, b, wo, albedo, y, light, beta, shadow, shadows):
+            if next_event(scene, directions, cell, origin, n, face_normal, t, b, wo, albedo, y, light, beta, shadow, shadows):
                 shadow.path[shadows] = paths.path[i]
                 shadow.transition[shadows] = slot
                 shadows += 1
@@ -110,7 +112,7 @@ def bounce(scene, directions, settings, depth, count, paths, hits, following, sh
         going = to_world(t, b, n, wi)
         if wi[2] <= F(0) or dot(going, face_normal) <= F(0) or pdf <= F(0):
             continue
-        store(following.origin, survivors, off_surface(x, face_normal, going, distance[i]))
+        store(following.origin, survivors, origin)
         store(following.direction, survivors, going)
         store(following.throughput, survivors, multiply(beta, scale(diffuse.evaluate(albedo, wo, wi), wi[2] / pdf)))
         store(following.normal, survivors, n)
@@ -122,11 +124,11 @@ def bounce(scene, directions, settings, depth, count, paths, hits, following, sh
 
 
 @kernel
-def next_event(scene, directions, cell, x, n, face_normal, t, b, wo, albedo, y, light, beta, shadow, slot):
-    """Write a shadow ray from x to the point y on a light; False if nothing can arrive, whatever stands in between."""
+def next_event(scene, directions, cell, origin, n, face_normal, t, b, wo, albedo, y, light, beta, shadow, slot):
+    """Write a shadow ray from origin to the point y on a light; False if nothing can arrive, whatever stands in between."""
     surface, lights, _ = scene
     triangle = lights.triangle[light]
-    to_light = subtract(y, x)
+    to_light = subtract(y, origin)
     squared = dot(to_light, to_light)
     distance = math.sqrt(squared)
     going = scale(to_light, F(1) / distance)
@@ -139,12 +141,8 @@ def next_event(scene, directions, cell, x, n, face_normal, t, b, wo, albedo, y, 
     pdf_direction = guide.pdf(directions, cell, wo, wi)
     leaving = multiply(diffuse.evaluate(albedo, wo, wi), vector(surface.emission, material))
     leaving = scale(leaving, wi[2] / (pdf_light + pdf_direction))
-    # From where the ray really starts: else it would meet a light that is close and parallel to the surface before its end.
-    origin = off_surface(x, face_normal, going, distance)
-    to_light = subtract(y, origin)
-    distance = math.sqrt(dot(to_light, to_light))
     store(shadow.origin, slot, origin)
-    store(shadow.direction, slot, scale(to_light, F(1) / distance))
+    store(shadow.direction, slot, going)
     shadow.distance[slot] = distance * F(1 - 1e-4)
     store(shadow.contribution, slot, multiply(beta, leaving))
     shadow.reward[slot] = luminance(leaving)

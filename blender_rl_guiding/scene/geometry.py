@@ -59,8 +59,7 @@ def shading_normal(surface, triangle, u, v):
 
 
 @kernel
-def off_surface(point, face_normal, direction, distance):
-    """Move a hit point off its surface to the side that `direction` leaves to, by more than the hit's rounding error."""
+def off_surface(point, face_normal, distance):
+    """Move a hit point to the face normal's side of its surface, by more than the rounding error of a hit at that distance."""
     size = max(max(abs(point[0]), abs(point[1])), max(abs(point[2]), distance))
-    step = F(3e-5) * size if dot(face_normal, direction) > F(0) else F(-3e-5) * size
-    return add(point, scale(face_normal, step))
+    return add(point, scale(face_normal, F(3e-5) * size))

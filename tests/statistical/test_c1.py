@@ -1,6 +1,7 @@
 """Scene C1 of the slides against independently measured numbers: a wrong camera, light, BSDF or metric cannot hit them all."""
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,20 +9,25 @@ import pytest
 from blender_rl_guiding.experiments.references import reference
 from blender_rl_guiding.metrics import mape_display
 from blender_rl_guiding.render import render
+from blender_rl_guiding.scene.blend import open_scene
+from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import BSDF, DQN, Guide, Machine, Render, Uniform
-from tests import scenes
 
 pytestmark = pytest.mark.slow  # a minute at first; later the reference comes from the cache
 
 
 @cache
+def c1() -> SceneData:
+    return open_scene(Path(__file__).parents[2] / "scenes" / "c1.blend")
+
+
+@cache
 def truth() -> np.ndarray:
-    scene = scenes.c1()
-    return reference(scene, scene.max_bounces, 512, Machine())
+    return reference(c1(), c1().max_bounces, 512, Machine())
 
 
 def error(guide: Guide, nee: bool = False) -> float:
-    return mape_display(render(scenes.c1(), Render(spp=32, nee=nee, guide=guide)).image, truth())
+    return mape_display(render(c1(), Render(spp=32, nee=nee, guide=guide)).image, truth())
 
 
 def test_mean_radiance():
