@@ -1,6 +1,7 @@
 """Runs an experiment: scenes x methods x seeds, each run in a folder of its own; what is done already is skipped."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
 from .progress import Progress
 from .references import reference
-from .runs import is_done, save_run
+from .runs import is_done, judge_again, save_run
 
 
 @dataclass(frozen=True)
@@ -31,17 +32,24 @@ class Experiment:
 def run(experiment: Experiment, folder: Path, machine: Machine, progress: Progress) -> None:
     """Bring the experiment's folder up to date. Interrupted, it keeps every finished run, and the next call goes on from there."""
     _describe(experiment, folder)
-    compile_kernels(experiment, machine, progress)
+    if not all(is_done(place, scene, settings) for scene in experiment.scenes for _, place, settings in _tasks(experiment, scene, folder)):
+        compile_kernels(experiment, machine, progress)
     total = len(experiment.scenes) * len(experiment.seeds) * len(experiment.methods)
     with progress.bar("runs", total) as advance:
         done = 0
         for scene in experiment.scenes:
             truth = _reference(scene, experiment, folder, machine, progress)
-            for seed in experiment.seeds:
-                for name, method in experiment.methods.items():
-                    settings = replace(method, seed=seed, max_bounces=_bounces(scene, method))
-                    _run(folder / scene.name / name / f"seed-{seed}", scene, name, settings, truth, machine, progress)
-                    advance(done := done + 1)
+            for name, place, settings in _tasks(experiment, scene, folder):
+                _run(place, scene, name, settings, truth, machine, progress)
+                advance(done := done + 1)
+
+
+def _tasks(experiment: Experiment, scene: SceneData, folder: Path) -> Iterator[tuple[str, Path, Render]]:
+    """Method, folder and settings of each run; a seed is done by all methods before the next, so that an early report is fair."""
+    for seed in experiment.seeds:
+        for name, method in experiment.methods.items():
+            settings = replace(method, seed=seed, max_bounces=_bounces(scene, method))
+            yield name, folder / scene.name / name / f"seed-{seed}", settings
 
 
 def compile_kernels(experiment: Experiment, machine: Machine, progress: Progress) -> None:
@@ -86,6 +94,7 @@ def _reference(scene: SceneData, experiment: Experiment, folder: Path, machine: 
 def _run(folder: Path, scene: SceneData, name: str, settings: Render, truth: np.ndarray, machine: Machine, progress: Progress) -> None:
     label = f"{scene.name} {name} seed {settings.seed}"
     if is_done(folder, scene, settings):
+        judge_again(folder, truth)
         progress.note(f"{label}: done before")
         return
     with progress.bar(label, settings.spp) as advance:

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 
 from .. import __version__
 from ..errors import atomic
-from ..images import write_exr
+from ..images import read_exr, write_exr
+from ..metrics import compare
 from ..render import Result
 from ..scene.data import SceneData
 from ..schema import to_dict
@@ -46,8 +48,7 @@ def save_run(
         "versions": _versions(),
         "curve": result.curve,
     }
-    with atomic(folder / "result.json") as part:
-        part.write_text(json.dumps(values, indent=1), encoding="utf-8")
+    _write_json(folder / "result.json", values)
 
 
 def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
@@ -59,6 +60,20 @@ def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
     expected = (scene.key, to_dict(settings), True, __version__)
     version = values.get("versions", {}).get("blender_rl_guiding")
     return (values.get("scene_key"), values.get("settings"), values.get("finished"), version) == expected
+
+
+def judge_again(folder: Path, truth: np.ndarray) -> None:
+    """Bring a finished run's metrics up to date: the reference may have got better since."""
+    path = folder / "result.json"
+    values = json.loads(path.read_text(encoding="utf-8"))
+    metrics = compare(read_exr(folder / "image.exr")[0], truth)
+    if metrics != values["metrics"]:
+        _write_json(path, values | {"metrics": metrics})
+
+
+def _write_json(path: Path, values: dict[str, Any]) -> None:
+    with atomic(path) as part:
+        part.write_text(json.dumps(values, indent=1), encoding="utf-8")
 
 
 def _versions() -> dict[str, str]:

@@ -4,6 +4,8 @@ import csv
 import os
 from pathlib import Path
 
+import pytest
+
 from blender_rl_guiding.experiments.results import COLUMNS
 
 TIMES = {"seconds", "learn_seconds"}
@@ -74,3 +76,13 @@ def test_other_settings_are_rendered_anew(rlg, bundle, tmp_path):
     assert "done before" in rlg(*command, "--spp", 2).stderr
     assert "done before" not in rlg(*command, "--spp", 3).stderr
     assert table(tmp_path / "out")[0]["spp"] == "3"
+
+
+def test_a_better_reference_judges_finished_runs_again(rlg, bundle, tmp_path):
+    command = ["compare", bundle, "--methods", "bsdf", "--spp", 2, "--max-bounces", 2, "--out", tmp_path / "out"]
+    assert rlg(*command, "--reference-spp", 128).returncode == 0
+    (before,) = table(tmp_path / "out")
+    assert "done before" in rlg(*command, "--reference-spp", 256).stderr
+    (after,) = table(tmp_path / "out")
+    assert after["relmse"] != before["relmse"]
+    assert float(after["relmse"]) == pytest.approx(float(before["relmse"]), rel=0.2)
