@@ -14,23 +14,9 @@ from blender_rl_guiding.scene.data import load, save
 from blender_rl_guiding.schema import from_dict, to_dict
 from blender_rl_guiding.settings import DQN, Render
 from tests import scenes
+from tests.system.small import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = [
-    "--dqn.layers",
-    "2",
-    "--dqn.width",
-    "8",
-    "--dqn.rows",
-    "3",
-    "--dqn.columns",
-    "4",
-    "--dqn.learning-starts",
-    "64",
-    "--dqn.batch",
-    "64",
-]
-SMALL += ["--dqn.first-steps", "4", "--dqn.steps", "2"]
 
 
 def files(folder: Path) -> set[str]:

@@ -7,23 +7,9 @@ from pathlib import Path
 import pytest
 
 from blender_rl_guiding.experiments.results import COLUMNS
+from tests.system.small import SMALL
 
 TIMES = {"seconds", "learn_seconds"}
-SMALL = [
-    "--dqn.layers",
-    "2",
-    "--dqn.width",
-    "8",
-    "--dqn.rows",
-    "3",
-    "--dqn.columns",
-    "4",
-    "--dqn.learning-starts",
-    "64",
-    "--dqn.batch",
-    "64",
-]
-SMALL += ["--dqn.first-steps", "4", "--dqn.steps", "2"]
 COMPARE = ["--methods", "uniform,dqn", "--spp", "8", "--seeds", "2", "--reference-spp", "256", *SMALL]
 
 
