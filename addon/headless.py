@@ -22,7 +22,8 @@ import addon
 from addon.engine import Exporter
 from addon.export.coverage import summary
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import SceneData, save
+from blender_rl_guiding.scene.bundle import save
+from blender_rl_guiding.scene.data import SceneData
 
 
 def _export(blend: Path, bundle: Path, strict: bool) -> dict[str, Any]:

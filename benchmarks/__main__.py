@@ -11,31 +11,48 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.table import Table
 
 from blender_rl_guiding.errors import InputError, atomic
 
-from .cornell import SIZE
-
 ROUNDS = 5
-SAMPLES = {"ours": 64, "scalar_rgb": 64, "llvm_ad_rgb": 64, "cycles": 16}  # a few seconds each
 TOLERANCE = 0.01  # of the mean radiance; beyond it, the programs do not render the same
-NAME = f"Cornell box, unguided, NEE + MIS, {SIZE} x {SIZE}, depth 8"
 OUT = Path(__file__).parents[1] / "out" / "bench" / "latest.json"
+PUBLISHED = Path(__file__).parents[2] / "shared" / "scenes"  # where they lie beside the project
+
+
+class Contest(NamedTuple):
+    """A scene that programs render in turns, ours first, each with so many samples."""
+
+    name: str
+    scene: str
+    samples: dict[str, int]
+    noise: float  # of the means, relative, that chance may explain
+
+
+CORNELL = Contest(
+    "Cornell box, NEE + MIS, 256 x 256, depth 8", "cornell", {"ours": 64, "scalar_rgb": 64, "llvm_ad_rgb": 64, "cycles": 16}, TOLERANCE
+)
+
+
+def published() -> list[Contest]:
+    """The published scenes against Cycles, with the limits and the Russian roulette in the file, at equal samples."""
+    return [Contest(f"{path.stem}, NEE + MIS", str(path), {"ours": 16, "cycles": 16}, 0.03) for path in sorted(PUBLISHED.glob("*.blend"))]
 
 
 class Child:
     """A program that renders on demand; InputError with its last words if it fails."""
 
-    def __init__(self, name: str, words: Any) -> None:
+    def __init__(self, name: str, contest: Contest, words: Any) -> None:
         environment = os.environ | ({"DRJIT_LIBLLVM_PATH": llvm()} if name == "llvm_ad_rgb" else {})
-        command = [sys.executable, "-m", "benchmarks.child", name, str(SAMPLES[name])]
-        self.name, self._words = name, words
+        command = [sys.executable, "-m", "benchmarks.child", name, contest.scene, str(contest.samples[name])]
+        self.name, self._words, self._samples = name, words, contest.samples[name]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=words, text=True, env=environment)
-        self.program = self._answer()["program"]
+        first = self._answer()
+        self.program, self._pixels = first["program"], first["pixels"]
         self.rates: list[float] = []  # million paths a second
         self.means: list[list[float]] = []  # linear RGB
 
@@ -44,7 +61,7 @@ class Child:
         assert self._process.stdin
         print(seed, file=self._process.stdin, flush=True)
         answer = self._answer()
-        self.rates.append(SIZE * SIZE * SAMPLES[self.name] / answer["seconds"] / 1e6)
+        self.rates.append(self._pixels * self._samples / answer["seconds"] / 1e6)
         self.means.append(answer["mean"])
 
     def mean(self) -> list[float]:
@@ -72,10 +89,10 @@ class Child:
 
 
 @contextmanager
-def child(name: str) -> Iterator[Child]:
+def child(name: str, contest: Contest) -> Iterator[Child]:
     """A program that is ready to render, for as long as it is needed."""
     with tempfile.TemporaryFile("w+") as words:
-        started = Child(name, words)
+        started = Child(name, contest, words)
         try:
             yield started
         finally:
@@ -99,51 +116,50 @@ def llvm() -> str:
     return path
 
 
-def measure(console: Console) -> list[dict[str, Any]]:
+def measure(console: Console, contest: Contest) -> list[dict[str, Any]]:
     """A row for each peer. InputError if ours fails, or if a peer's image is another one."""
     missing: list[dict[str, Any]] = []
     with ExitStack() as stack:
         ready: list[Child] = []
-        for name in SAMPLES:
-            console.print(f"Warming up {name} ...")
+        for name in contest.samples:
+            console.print(f"{contest.name}: warming up {name} ...")
             try:
-                ready.append(stack.enter_context(child(name)))
+                ready.append(stack.enter_context(child(name, contest)))
             except InputError as error:
                 if name == "ours":
                     raise
-                missing.append(
-                    {"name": NAME, "ours": None, "peer": None, "peer_name": name, "ratio": None, "unit": "Mpaths/s", "missing": str(error)}
-                )
+                nothing = dict.fromkeys(("ours", "peer", "ratio"))
+                missing.append({"name": contest.name, **nothing, "peer_name": name, "unit": "Mpaths/s", "missing": str(error)})
         for turn in range(1, ROUNDS + 1):
             for program in ready:
                 program.render(turn)
                 console.print(f"Round {turn} of {ROUNDS}: {program.program}, {program.rates[-1]:.2f} Mpaths/s")
     ours, *peers = ready
     for peer in peers:
-        check_same(ours, peer)
-    return [row(ours, peer) for peer in peers] + missing
+        check_same(ours, peer, contest.noise)
+    return [row(contest.name, ours, peer) for peer in peers] + missing
 
 
-def check_same(ours: Child, peer: Child) -> None:
+def check_same(ours: Child, peer: Child, tolerance: float) -> None:
     """InputError unless both render the same radiance in the mean, channel by channel."""
     for a, b in zip(ours.mean(), peer.mean(), strict=True):
-        if abs(a / b - 1) > TOLERANCE:
+        if abs(a / b - 1) > tolerance:
             means = (f"{p.program} {', '.join(f'{c:.5f}' for c in p.mean())}" for p in (ours, peer))
             raise InputError(f"not the same image; mean RGB: {'; '.join(means)}")
 
 
-def row(ours: Child, peer: Child) -> dict[str, Any]:
+def row(name: str, ours: Child, peer: Child) -> dict[str, Any]:
     """One line of the result; the ratio is the median of the rounds' ratios, above 1 where ours is faster."""
     ratio = statistics.median(a / b for a, b in zip(ours.rates, peer.rates, strict=True))
     rates = {"ours": statistics.median(ours.rates), "peer": statistics.median(peer.rates)}
-    return {"name": NAME, **rates, "peer_name": peer.program, "ratio": ratio, "unit": "Mpaths/s"}
+    return {"name": name, **rates, "peer_name": peer.program, "ratio": ratio, "unit": "Mpaths/s"}
 
 
 def main() -> int:
     """Measure, write out/bench/latest.json, print the table."""
     console = Console()
     try:
-        rows = measure(console)
+        rows = [row for contest in (CORNELL, *published()) for row in measure(console, contest)]
         with atomic(OUT) as part:
             part.write_text(json.dumps(rows, indent=2) + "\n")
     except InputError as error:
@@ -151,10 +167,12 @@ def main() -> int:
         return 1
     except KeyboardInterrupt:
         return 130
-    table = Table("peer", "ours", "peer's", "ratio", title=f"{NAME}, million paths a second")
+    table = Table("scene", "peer", "ours", "peer's", "ratio", title="Million paths a second")
     for line in rows:
         table.add_row(
-            line["peer_name"], *([f"{line[k]:.2f}" for k in ("ours", "peer", "ratio")] if line["ratio"] else [line["missing"], "", ""])
+            line["name"],
+            line["peer_name"],
+            *([f"{line[k]:.2f}" for k in ("ours", "peer", "ratio")] if line["ratio"] else [line["missing"], "", ""]),
         )
     console.print(table)
     console.print(OUT)

@@ -1,33 +1,37 @@
-"""One program of the benchmark in a process of its own: `python -m benchmarks.child NAME SAMPLES`.
+"""One program of the benchmark in a process of its own: `python -m benchmarks.child NAME SCENE SAMPLES`.
 
-Answers each line of its input, which is a seed, by a line of JSON: {"seconds", "mean"}. The first line of its output, after
-a warm-up, is {"program"}: name and version.
+SCENE is a .blend, or "cornell". Answers each line of its input, which is a seed, by a line of JSON: {"seconds", "mean"}. The first line of
+its output, after a warm-up, is {"program", "pixels"}: name and version, and the size of the image.
 """
 
 import json
 import os
 import sys
 import time
-from functools import partial
+from pathlib import Path
 
 from . import programs
 from .cornell import cornell_box
 
-PROGRAMS = {
-    "ours": programs.ours,
-    "scalar_rgb": partial(programs.mitsuba, "scalar_rgb"),
-    "llvm_ad_rgb": partial(programs.mitsuba, "llvm_ad_rgb"),
-    "cycles": programs.cycles,
-}
+
+def prepare(name: str, scene: str, samples: int) -> tuple[str, programs.Renderer]:
+    """A program that is ready to render the scene."""
+    if name == "ours":
+        from blender_rl_guiding.scene.blend import open_scene
+
+        return programs.ours(cornell_box() if scene == "cornell" else open_scene(Path(scene)), samples)
+    if name == "cycles":
+        return programs.cycles(cornell_box(), samples) if scene == "cornell" else programs.cycles_on_file(scene, samples)
+    return programs.mitsuba(name, cornell_box(), samples)
 
 
 def main() -> None:
-    name, samples = sys.argv[1:]
+    name, scene, samples = sys.argv[1:]
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)  # Blender chats on standard output
-    program, run = PROGRAMS[name](cornell_box(), int(samples))
-    run(0)  # compiles, fills caches, builds acceleration structures
-    print(json.dumps({"program": program}), file=answers)
+    program, run = prepare(name, scene, int(samples))
+    height, width, _ = run(0).shape  # compiles, fills caches, builds acceleration structures
+    print(json.dumps({"program": program, "pixels": height * width}), file=answers)
     for line in sys.stdin:
         start = time.perf_counter()
         image = run(int(line))

@@ -1,16 +1,33 @@
 """The Cornell box as every program of the benchmark gets it: that of Mitsuba's `cornell_box()`, z up, in triangles."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from blender_rl_guiding.scene.data import Camera, Material, SceneData
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.description import Bounces, Camera, Closure, Shader
 
 SIZE = 256  # pixels, both ways
 BOUNCES = 7
 EYE, TARGET, FOV = (0.0, -3.9, 0.0), (0.0, 0.0, 0.0), 39.3077  # degrees, both ways
 
 _BLACK = (0.0, 0.0, 0.0)
+
+
+class Material(NamedTuple):
+    """A diffuse reflector or an emitter, which every program can be told of."""
+
+    name: str
+    base_color: tuple[float, float, float]
+    emission: tuple[float, float, float]
+
+    def shader(self) -> Shader:
+        """The material in our own terms."""
+        kind, color = ("emission", self.emission) if any(self.emission) else ("diffuse", self.base_color)
+        return Shader(self.name, (), (Closure(kind, 1.0, {"color": color}),) * any(color))
+
+
 MATERIALS = (
     Material("white", (0.885809, 0.698859, 0.666422), _BLACK),
     Material("green", (0.105421, 0.37798, 0.076425), _BLACK),
@@ -60,8 +77,8 @@ def cornell_box() -> SceneData:
         triangles=triangles.astype(np.int32),
         normals=np.repeat(normals[:, None], 6, axis=1).reshape(-1, 3, 3).astype(np.float32),
         material=np.repeat([material for _, material in quads], 2).astype(np.int32),
-        materials=MATERIALS,
-        camera=Camera(to_world, tan, tan, SIZE, SIZE),
-        world=_BLACK,
-        max_bounces=BOUNCES,
+        object=np.zeros(2 * len(quads), np.int32),
+        shaders=tuple(material.shader() for material in MATERIALS),
+        camera=Camera(to_world, (-tan, tan, -tan, tan), SIZE, SIZE),
+        bounces=Bounces(BOUNCES, BOUNCES, BOUNCES, BOUNCES, roulette=BOUNCES),
     )

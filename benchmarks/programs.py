@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from blender_rl_guiding.images import read_exr
-from blender_rl_guiding.scene.data import Material, SceneData
+from blender_rl_guiding.scene.data import SceneData
 
-from .cornell import BOUNCES, EYE, FOV, TARGET
+from .cornell import BOUNCES, EYE, FOV, MATERIALS, TARGET, Material
 
 Renderer = Callable[[int], np.ndarray]
 
@@ -23,7 +23,7 @@ def ours(scene: SceneData, samples: int) -> tuple[str, Renderer]:
     from blender_rl_guiding.settings import BSDF, Render
 
     def run(seed: int) -> np.ndarray:
-        return render(scene, Render(spp=samples, max_bounces=BOUNCES, nee=True, seed=seed, guide=BSDF())).image
+        return render(scene, Render(spp=samples, nee=True, seed=seed, guide=BSDF())).image
 
     return f"blender_rl_guiding {__version__}", run
 
@@ -49,7 +49,7 @@ def mitsuba(variant: str, scene: SceneData, samples: int) -> tuple[str, Renderer
         "sensor": {"type": "perspective", "fov": FOV, "to_world": to_world, "film": film, "sampler": {"type": "independent"}},
     }
     with tempfile.TemporaryDirectory() as folder:
-        for index, material in enumerate(scene.materials):
+        for index, material in enumerate(MATERIALS):
             path = Path(folder) / f"{material.name}.ply"
             _write_ply(path, scene, index)
             content[material.name] = {"type": "ply", "filename": str(path), "face_normals": True} | _mitsuba_material(material)
@@ -82,10 +82,34 @@ def cycles(scene: SceneData, samples: int) -> tuple[str, Renderer]:
     bpy = import_module("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     target = bpy.context.scene
-    for index, material in enumerate(scene.materials):
+    for index, material in enumerate(MATERIALS):
         target.collection.objects.link(_cycles_object(bpy, scene, index, material))
     _cycles_camera(bpy, target, scene)
-    _cycles_settings(target, samples)
+    _cycles_settings(target)
+    return _cycles_renderer(bpy, target, samples)
+
+
+def cycles_on_file(path: str, samples: int) -> tuple[str, Renderer]:
+    """Cycles on a .blend with the settings in the file, but without what biases the image or spends samples unevenly."""
+    bpy = import_module("bpy")
+    bpy.ops.wm.open_mainfile(filepath=path)
+    return _cycles_renderer(bpy, bpy.context.scene, samples)
+
+
+def _cycles_renderer(bpy: Any, target: Any, samples: int) -> tuple[str, Renderer]:
+    target.render.engine = "CYCLES"
+    settings = {
+        "samples": samples,
+        "use_adaptive_sampling": False,
+        "use_denoising": False,
+        "use_guiding": False,
+        "light_sampling_threshold": 0.0,
+        "sample_clamp_indirect": 0.0,
+    }
+    for name, value in settings.items():
+        setattr(target.cycles, name, value)
+    target.render.image_settings.file_format = "OPEN_EXR"
+    target.render.image_settings.color_depth = "32"
     folder = tempfile.TemporaryDirectory(prefix="bench-")  # lives as long as what is returned
 
     def run(seed: int) -> np.ndarray:
@@ -123,22 +147,13 @@ def _cycles_camera(bpy: Any, target: Any, scene: SceneData) -> None:
     target.render.resolution_x, target.render.resolution_y = scene.camera.width, scene.camera.height
 
 
-def _cycles_settings(target: Any, samples: int) -> None:
-    target.render.engine = "CYCLES"
+def _cycles_settings(target: Any) -> None:
     settings = {
-        "samples": samples,
-        "use_adaptive_sampling": False,
-        "use_denoising": False,
-        "use_guiding": False,
         "pixel_filter_type": "BOX",
         # Cycles does not count the bounce at which it samples the light.
         "max_bounces": BOUNCES - 1,
         "diffuse_bounces": BOUNCES - 1,
         "min_light_bounces": BOUNCES,  # no Russian roulette
-        "light_sampling_threshold": 0.0,
-        "sample_clamp_indirect": 0.0,
     }
     for name, value in settings.items():
         setattr(target.cycles, name, value)
-    target.render.image_settings.file_format = "OPEN_EXR"
-    target.render.image_settings.color_depth = "32"

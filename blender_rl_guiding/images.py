@@ -13,14 +13,31 @@ from PIL import Image
 from .errors import InputError, atomic
 
 
+_CHANNELS = {"Normal": "XYZ", "Position": "XYZ", "Depth": "Z", "Sample Count": "X"}  # of passes that are not colours
+
+
 def write_exr(path: Path, image: np.ndarray, header: Mapping[str, str]) -> None:
-    """Write 32-bit R, G, B with `header` as string attributes. InputError where the file cannot be written."""
+    """Write 32-bit R, G, B, and A if the image has it, with `header` as string attributes. InputError where it cannot be written."""
+    _write(path, {"RGB" if image.shape[2] == 3 else "RGBA": image}, header)
+
+
+def write_layers(path: Path, layers: Mapping[str, np.ndarray], header: Mapping[str, str]) -> None:
+    """Write passes, (H, W) or (H, W, channels), as a multi-layer file that Blender and its compositor read."""
+    channels = {
+        f"ViewLayer.{name}.{channel}": pixels if pixels.ndim == 2 else pixels[..., k]
+        for name, pixels in layers.items()
+        for k, channel in enumerate(_CHANNELS.get(name, "RGBA" if pixels.ndim == 3 and pixels.shape[2] == 4 else "RGB"))
+    }
+    _write(path, channels, {**header, "BlenderMultiChannel": "Blender V2.55.1 and newer"})
+
+
+def _write(path: Path, channels: Mapping[str, np.ndarray], header: Mapping[str, str]) -> None:
     attributes = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
-    pixels = np.ascontiguousarray(image, np.float32)
+    pixels = {name: np.ascontiguousarray(array, np.float32) for name, array in channels.items()}
     with atomic(path) as part:
         part.touch()  # a place that cannot be written is told by the system's own reason; OpenEXR's says nothing
         try:
-            with _quiet(), OpenEXR.File(attributes, {"RGB": pixels}) as file:
+            with _quiet(), OpenEXR.File(attributes, pixels) as file:
                 file.write(str(part))
         except RuntimeError as error:
             raise InputError(f"cannot write {path}: {error}") from error

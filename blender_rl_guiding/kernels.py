@@ -21,7 +21,7 @@ def _source_key() -> str:
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.rglob("*.py")):
         source = file.read_bytes()
-        if b"import kernel" in source or file == Path(__file__):
+        if b"import kernel" in source or b"from numba" in source or file == Path(__file__):
             digest.update(source)
     return digest.hexdigest()[:16]
 

@@ -4,13 +4,29 @@ import math
 
 import numpy as np
 
-from blender_rl_guiding.scene.data import Camera, Material, SceneData
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.description import Bounces, Camera, Closure, Shader
 
 Vector = tuple[float, float, float]
 
 
-def material(name: str, albedo: Vector = (0.0, 0.0, 0.0), emission: Vector = (0.0, 0.0, 0.0)) -> Material:
-    return Material(name, albedo, emission)
+NO_ROULETTE = 1024
+
+
+def material(name: str, albedo: Vector = (0.0, 0.0, 0.0), emission: Vector = (0.0, 0.0, 0.0)) -> Shader:
+    """A diffuse reflector that may emit."""
+    closures = [Closure("diffuse", 1.0, {"color": albedo})] * any(albedo) + [Closure("emission", 1.0, {"color": emission})] * any(emission)
+    return Shader(name, (), tuple(closures))
+
+
+def sky(radiance: Vector) -> Shader:
+    """A world that is the same everywhere."""
+    return Shader("sky", (), (Closure("emission", 1.0, {"color": radiance}),) * any(radiance))
+
+
+def bounces(limit: int) -> Bounces:
+    """Up to so many scattering events of any kind, without Russian roulette."""
+    return Bounces(limit, limit, limit, limit, roulette=NO_ROULETTE)
 
 
 class Builder:
@@ -19,14 +35,14 @@ class Builder:
     def __init__(self) -> None:
         self.vertices, self.normals, self.material, self.materials = [], [], [], []
 
-    def triangle(self, corners, normals, of: Material) -> None:
+    def triangle(self, corners, normals, of: Shader) -> None:
         if of not in self.materials:
             self.materials.append(of)
         self.vertices.append(np.asarray(corners, np.float64))
         self.normals.append(np.asarray(normals, np.float64))
         self.material.append(self.materials.index(of))
 
-    def quad(self, a, b, c, d, of: Material) -> None:
+    def quad(self, a, b, c, d, of: Shader) -> None:
         """A flat quadrilateral; its normal follows the winding."""
         a, b, c, d = (np.asarray(p, np.float64) for p in (a, b, c, d))
         n = np.cross(b - a, c - a)
@@ -34,7 +50,7 @@ class Builder:
         self.triangle((a, b, c), (n, n, n), of)
         self.triangle((a, c, d), (n, n, n), of)
 
-    def sphere(self, centre, radius: float, of: Material, segments: int = 128, rings: int = 64, inward: bool = False) -> None:
+    def sphere(self, centre, radius: float, of: Shader, segments: int = 128, rings: int = 64, inward: bool = False) -> None:
         """A tessellated sphere with smooth normals."""
         centre = np.asarray(centre, np.float64)
 
@@ -59,10 +75,11 @@ class Builder:
             triangles=np.arange(len(vertices), dtype=np.int32).reshape(-1, 3),
             normals=np.array(self.normals, np.float32),
             material=np.array(self.material, np.int32),
-            materials=tuple(self.materials),
+            object=np.zeros(len(self.material), np.int32),
+            shaders=tuple(self.materials),
             camera=camera,
-            world=world,
-            max_bounces=max_bounces,
+            world=sky(world),
+            bounces=bounces(max_bounces),
         )
 
 
@@ -75,10 +92,11 @@ def look(position: Vector, target: Vector, vfov: float, width: int, height: int)
     matrix = np.eye(4)
     matrix[:3] = np.stack([right, np.cross(back, right), back, position], axis=1)
     tan_y = math.tan(math.radians(vfov) / 2)
-    return Camera(tuple(map(tuple, matrix.tolist())), tan_y * width / height, tan_y, width, height)
+    tan_x = tan_y * width / height
+    return Camera(tuple(map(tuple, matrix.tolist())), (-tan_x, tan_x, -tan_y, tan_y), width, height)
 
 
-def box(builder: Builder, low: Vector, high: Vector, walls: dict[str, Material]) -> None:
+def box(builder: Builder, low: Vector, high: Vector, walls: dict[str, Shader]) -> None:
     """Inward-facing walls: any of -x +x -y +y -z +z."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     quads = {
@@ -93,7 +111,7 @@ def box(builder: Builder, low: Vector, high: Vector, walls: dict[str, Material])
         builder.quad(*quads[side], of)
 
 
-def everywhere(of: Material) -> dict[str, Material]:
+def everywhere(of: Shader) -> dict[str, Shader]:
     """The same material on all six walls of a box."""
     return dict.fromkeys(("-x", "+x", "-y", "+y", "-z", "+z"), of)
 

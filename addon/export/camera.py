@@ -1,41 +1,119 @@
-"""The scene's camera as a pinhole."""
+"""The scene's camera, as Cycles understands it."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import bpy
+import numpy as np
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import Camera, Loss
+from blender_rl_guiding.scene.description import Camera, Loss
+
+_KINDS = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panorama"}
+_NEAREST_FOCUS = 1e-6  # metres; a lens that is sharp at itself has no directions
 
 
 def read_camera(depsgraph: bpy.types.Depsgraph) -> tuple[Camera, list[Loss]]:
-    """Follows sensor fit, pixel aspect and resolution as Cycles does. InputError without a camera."""
+    """Follows sensor fit, shift, pixel aspect, resolution and render region as Cycles does. InputError without a camera."""
     scene = depsgraph.scene
     if not scene.camera or scene.camera.type != "CAMERA":
         raise InputError(f"scene '{scene.name}' has no camera (Properties > Scene > Camera)")
-    thing = scene.camera.evaluated_get(depsgraph)
-    render = scene.render
+    thing, render = scene.camera.evaluated_get(depsgraph), scene.render
+    data = thing.data
     width = render.resolution_x * render.resolution_percentage // 100
     height = render.resolution_y * render.resolution_percentage // 100
-    tan_x, tan_y = _film(thing.data, width * render.pixel_aspect_x, height * render.pixel_aspect_y)
-    to_world = tuple(tuple(row) for row in thing.matrix_world.normalized())
-    losses = [Loss(thing.name, "camera", detail) for detail in _losses(thing.data)]
-    return Camera(to_world, tan_x, tan_y, width, height), losses
+    region = _region(render, width, height)
+    kind = _kind(data)
+    window = _window(data, kind, width * render.pixel_aspect_x, height * render.pixel_aspect_y)
+    camera = Camera(
+        tuple(tuple(row) for row in thing.matrix_world.normalized()),
+        _part(window, region, width, height),
+        region[1] - region[0],
+        region[3] - region[2],
+        kind,
+        near=data.clip_start,
+        far=data.clip_end,
+        **(_lens(thing, kind, depsgraph) if data.dof.use_dof else {}),
+    )
+    return camera, [Loss(thing.name, "camera", detail) for detail in _losses(data, kind, render)]
 
 
-def _film(data: bpy.types.Camera, width: float, height: float) -> tuple[float, float]:
-    """Half the film's width and height at distance 1. With AUTO the sensor's width spans the longer side of the image."""
+def _kind(data: bpy.types.Camera) -> str:
+    """A perspective stands in for what there is no other kind for: fisheyes, cylinders, cameras written in OSL."""
+    if data.type == "PANO" and _panorama(data).panorama_type != "EQUIRECTANGULAR":
+        return "perspective"
+    return _KINDS.get(data.type, "perspective")
+
+
+def _panorama(data: bpy.types.Camera):
+    """Who has a camera's panorama settings: before Blender 5.0 they were Cycles' own."""
+    return data if hasattr(data, "panorama_type") else data.cycles
+
+
+def _window(data: bpy.types.Camera, kind: str, width: float, height: float) -> tuple[float, float, float, float]:
+    """What `Camera.window` is of the whole frame. With AUTO the sensor's width spans the longer side of the image."""
+    if kind == "panorama":
+        return _sphere_window(data)
+    across = data.sensor_fit == "HORIZONTAL" or (data.sensor_fit == "AUTO" and width > height)
     sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
-    tan = sensor / (2.0 * data.lens)
-    if data.sensor_fit == "HORIZONTAL" or (data.sensor_fit == "AUTO" and width > height):
-        return tan, tan * height / width
-    return tan * width / height, tan
+    span = data.ortho_scale if kind == "orthographic" else sensor / data.lens  # of the side that the sensor is fitted to
+    x, y = (span / 2, span / 2 * height / width) if across else (span / 2 * width / height, span / 2)
+    right, up = data.shift_x * span, data.shift_y * span  # both in units of the same side
+    return right - x, right + x, up - y, up + y
 
 
-def _losses(data: bpy.types.Camera) -> Iterator[str]:
-    if data.type != "PERSP":
-        yield f"type {data.type}: a perspective camera of {data.lens:g} mm stands in"
-    if data.shift_x or data.shift_y:
-        yield f"shift ({data.shift_x:g}, {data.shift_y:g}): the image is centred"
-    if data.dof.use_dof:
-        yield "depth of field: everything is in focus"
+def _sphere_window(data: bpy.types.Camera) -> tuple[float, float, float, float]:
+    """Longitudes to the left and right, latitudes at the bottom and top; a shift of 1 is the whole image."""
+    settings = _panorama(data)
+    longitude, latitude = settings.longitude_max - settings.longitude_min, settings.latitude_max - settings.latitude_min
+    left, bottom = settings.longitude_min + data.shift_x * longitude, settings.latitude_min + data.shift_y * latitude
+    return left, left + longitude, bottom, bottom + latitude
+
+
+def _region(render: bpy.types.RenderSettings, width: int, height: int) -> tuple[int, int, int, int]:
+    """The pixels to render: first and end column from the left, first and end row from the bottom, rounded as Blender rounds them."""
+    if not render.use_border:
+        return 0, width, 0, height
+    edges = (render.border_min_x, width), (render.border_max_x, width), (render.border_min_y, height), (render.border_max_y, height)
+    left, right, bottom, top = (int(np.float32(share) * np.float32(pixels)) for share, pixels in edges)
+    return left, right, bottom, top
+
+
+def _part(window: tuple[float, ...], region: tuple[int, ...], width: int, height: int) -> tuple[float, float, float, float]:
+    """The window of a region."""
+    left, right, bottom, top = window
+    x, y = (right - left) / width, (top - bottom) / height
+    return left + region[0] * x, left + region[1] * x, bottom + region[2] * y, bottom + region[3] * y
+
+
+def _lens(thing: bpy.types.Object, kind: str, depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
+    """Depth of field. An orthographic camera has the lens of a metre's focal length, as in Cycles."""
+    dof = thing.data.dof
+    focal_length = 1.0 if kind == "orthographic" else thing.data.lens * 1e-3
+    return {
+        "aperture": focal_length / (2 * max(dof.aperture_fstop, 1e-5)),
+        "focus": max(_focus(thing, dof, depsgraph), _NEAREST_FOCUS),
+        "blades": dof.aperture_blades if dof.aperture_blades >= 3 else 0,
+        "blade_rotation": dof.aperture_rotation,
+        "aperture_ratio": dof.aperture_ratio,
+    }
+
+
+def _focus(thing: bpy.types.Object, dof: bpy.types.CameraDOFSettings, depsgraph: bpy.types.Depsgraph) -> float:
+    """Distance of the plane in focus: with a focus object, the one that its origin, or that of one of its bones, lies in."""
+    if not dof.focus_object:
+        return dof.focus_distance
+    target = dof.focus_object.evaluated_get(depsgraph)
+    place = target.matrix_world
+    if target.pose and dof.focus_subtarget in target.pose.bones:
+        place = place @ target.pose.bones[dof.focus_subtarget].matrix
+    axis = thing.matrix_world.col[2].to_3d().normalized()
+    return abs(axis.dot(thing.matrix_world.translation - place.translation))
+
+
+def _losses(data: bpy.types.Camera, kind: str, render: bpy.types.RenderSettings) -> Iterator[str]:
+    if kind != _KINDS.get(data.type):
+        name = _panorama(data).panorama_type if data.type == "PANO" else data.type
+        yield f"type {name}: a perspective camera of {data.lens:g} mm stands in"
+    if render.use_border and not render.use_crop_to_border:
+        yield "render region: the image is cropped to it, instead of black around it"

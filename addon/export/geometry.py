@@ -21,9 +21,7 @@ class Mesh:
     corners: np.ndarray  # (T, 3) int32, indices of vertices
     normals: np.ndarray  # (N, 3) float32: one a vertex, a face or a corner of a face, whichever says it all
     normal: np.ndarray  # (T, 3) int32, indices of normals
-    faces: np.ndarray  # (T,) int32, the face that a triangle is part of
     slots: np.ndarray  # (T,) int32, material index of the face
-    modelled: bool  # by hand; what Blender makes of texts and modifiers may have faces without area that nobody can mend
 
 
 @dataclass(frozen=True)
@@ -34,38 +32,48 @@ class Triangles:
     corners: np.ndarray  # (T, 3) int32, indices of vertices
     normals: np.ndarray  # (T, 3, 3) float32, unit length
     slots: np.ndarray  # (T,) int32, material index of the face
-    dropped: int  # triangles without area, left out
+    kept: np.ndarray | None  # (M,) bool, which of the mesh's triangles these are: those with area; None means all
+    mirrored: bool  # whether the corners of each triangle are in reverse order
 
 
 def read_mesh(thing: bpy.types.Object) -> Mesh:
     """InputError names the object where a vertex is not a finite number, or so large that areas overflow."""
     mesh: bpy.types.Mesh = thing.data
-    vertices = _get(mesh.attributes["position"].data, "vector", (3,), np.float32)
+    vertices = read_array(mesh.attributes["position"].data, "vector", (3,), np.float32)
     if not (usable := np.abs(vertices) < _FAR).all():
         vertex = usable.all(axis=1).argmin()
         raise InputError(f"object '{thing.name}': vertex {vertex} is out of range: ({', '.join(f'{x:g}' for x in vertices[vertex])})")
-    mesh.calc_loop_triangles()
-    loops = _loop_triangles(mesh)
-    corners = _get(mesh.attributes[".corner_vert"].data, "value", (), np.int32)[loops]
-    faces = _get(mesh.loop_triangle_polygons, "value", (), np.int32)
+    loops, faces = loop_triangles(mesh), triangle_faces(mesh)
+    corners = corner_vertices(mesh)[loops]
     normals, normal = _normals(mesh, corners, faces, loops)
     slots = mesh.attributes.get("material_index")
-    slots = _get(slots.data, "value", (), np.int32)[faces] if slots else np.zeros(len(faces), np.int32)
-    modelled = thing.original.type == "MESH" and not thing.modifiers
-    return _without_loose(Mesh(vertices, corners, normals, normal, faces, slots, modelled))
+    slots = read_array(slots.data, "value", (), np.int32)[faces] if slots else np.zeros(len(faces), np.int32)
+    return _without_loose(Mesh(vertices, corners, normals, normal, slots))
 
 
-def _get(collection: bpy.types.bpy_prop_collection, attribute: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
+def read_array(collection: bpy.types.bpy_prop_collection, attribute: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
+    """One attribute of all members of a collection, each of them of a shape."""
     values = np.empty((len(collection), *shape), dtype)
     collection.foreach_get(attribute, values.ravel())
     return values
 
 
-def _loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
+def corner_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(C,) int32, the vertex of each corner of a face."""
+    return read_array(mesh.attributes[".corner_vert"].data, "value", (), np.int32)
+
+
+def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(T,) int32, the face that each triangle is part of."""
+    return read_array(mesh.loop_triangle_polygons, "value", (), np.int32)
+
+
+def loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
     """(T, 3) int32, the corners of faces that the triangles are made of.
 
     They lie in one array of Blender's; `foreach_get` would ask for them one by one, which takes longer than all the rest.
     """
+    mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
     if not count:
         return np.empty((0, 3), np.int32)
@@ -77,10 +85,10 @@ def _loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
 def _normals(mesh: bpy.types.Mesh, corners: np.ndarray, faces: np.ndarray, loops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The fewest normals that tell flat, smooth, sharp and custom shading, and which of them each corner of a triangle has."""
     if mesh.normals_domain == "POINT":
-        return _get(mesh.vertex_normals, "vector", (3,), np.float32), corners
+        return read_array(mesh.vertex_normals, "vector", (3,), np.float32), corners
     if mesh.normals_domain == "FACE":
-        return _get(mesh.polygon_normals, "vector", (3,), np.float32), np.repeat(faces[:, None], 3, axis=1)
-    return _get(mesh.corner_normals, "vector", (3,), np.float32), loops
+        return read_array(mesh.polygon_normals, "vector", (3,), np.float32), np.repeat(faces[:, None], 3, axis=1)
+    return read_array(mesh.corner_normals, "vector", (3,), np.float32), loops
 
 
 def _without_loose(mesh: Mesh) -> Mesh:
@@ -96,23 +104,26 @@ def _without_loose(mesh: Mesh) -> Mesh:
 def place(mesh: Mesh, matrix: np.ndarray, name: str) -> Triangles:
     """A mesh in the world. `matrix`: (4, 4). Where it mirrors, the winding is turned, so that it still agrees with the normals.
 
-    InputError names the object where the matrix is not finite or a modelled face has no area.
+    InputError names the object where the matrix is not finite.
     """
     if not np.isfinite(matrix).all():
         raise InputError(f"object '{name}': its transform is not finite")
-    cofactors, mirrors = _cofactors(matrix[:3, :3])
-    vertices, normals = apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), _unit(apply(cofactors, mesh.normals))
-    corners, normal, slots, dropped = mesh.corners, mesh.normal, mesh.slots, 0
-    if (flat := _flat(vertices, corners)).any():
-        if mesh.modelled:
-            _check_faces(mesh, name)
-        corners, normal, slots, dropped = corners[~flat], normal[~flat], slots[~flat], int(flat.sum())
-    if mirrors:
-        corners, normal = corners[:, ::-1], normal[:, ::-1]
+    cofactors, mirrored = _cofactors(matrix[:3, :3])
+    vertices, normals = apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), unit(apply(cofactors, mesh.normals))
+    flat = _flat(vertices, mesh.corners)
+    kept = ~flat if flat.any() else None
+    corners, normal, slots = (arranged(values, kept, mirrored) for values in (mesh.corners, mesh.normal, mesh.slots))
     shading = normals[normal]
     if (missing := (normals == 0).all(axis=1)).any():
         _fill(shading, missing[normal], vertices, corners)
-    return Triangles(vertices, corners, shading, slots, dropped)
+    return Triangles(vertices, corners, shading, slots, kept, mirrored)
+
+
+def arranged(values: np.ndarray, kept: np.ndarray | None, mirrored: bool) -> np.ndarray:
+    """Values of a mesh's triangles, (T,), or of their corners, (T, 3, ...), as `Triangles` has them."""
+    if kept is not None:
+        values = values[kept]
+    return values[:, ::-1] if mirrored and values.ndim > 1 else values
 
 
 def _cofactors(linear: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -144,7 +155,7 @@ def apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[floa
     return result
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
+def unit(vectors: np.ndarray) -> np.ndarray:
     """(N, 3) vectors of length 1, or zeros."""
     result = np.empty(vectors.shape, np.float32)
     for block in _blocks(len(vectors)):
@@ -165,18 +176,8 @@ def _flat(vertices: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return flat
 
 
-def _check_faces(mesh: Mesh, name: str) -> None:
-    """Triangulation may leave a triangle without area in a sound face; a face of nothing else is a fault."""
-    flat = _flat(mesh.vertices, mesh.corners)
-    sound = np.zeros(mesh.faces.max() + 1, bool)
-    sound[mesh.faces[~flat]] = True
-    bad = mesh.faces[~sound[mesh.faces]]
-    if len(bad):
-        raise InputError(f"object '{name}': face {bad.min()} has no area (Mesh > Clean Up > Degenerate Dissolve removes it)")
-
-
 def _fill(normals: np.ndarray, missing: np.ndarray, vertices: np.ndarray, corners: np.ndarray) -> None:
     """Give the corners of triangles that have no normal (`missing`: (T, 3)) that of the triangle."""
     rows = np.flatnonzero(missing.any(axis=1))
     a, b, c = (vertices[corners[rows, i]].astype(np.float64) for i in range(3))
-    normals[rows] = np.where(missing[rows][..., None], _unit(np.cross(b - a, c - a))[:, None, :], normals[rows])
+    normals[rows] = np.where(missing[rows][..., None], unit(np.cross(b - a, c - a))[:, None, :], normals[rows])

@@ -1,69 +1,115 @@
 """Puts the bundle together from what the other files of this folder read."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import Loss, Material, SceneData, find_fault
+from blender_rl_guiding.scene.data import ARRAYS, SceneData, find_fault
+from blender_rl_guiding.scene.description import Lamp, Loss, Shader
 
 from . import coverage
+from .attributes import Attributes, Placed
 from .camera import read_camera
-from .clipping import clipped
+from .film import read_bounces, read_film
 from .geometry import Mesh, Triangles, place, read_mesh
-from .materials import Surface, read_material
+from .lamps import read_lamp
+from .materials import read_material
+from .object_info import object_attribute
+from .resources import Resources, corner_attributes_of
+from .visibility import visibility
 from .world import read_world
-
-_MAX_BOUNCES = 10  # where Blender has been built or started without Cycles
 
 
 class Collector:
     """Grows the scene instance by instance; each mesh and each material is read once."""
 
-    def __init__(self) -> None:
-        self.parts: list[Triangles] = []
-        self.material: list[np.ndarray] = []
-        self.materials: list[Material] = []
+    def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
+        self.triangles: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": [], "object": []}
+        self.visibility: list[int] = []
+        self.object_info: list[dict[str, tuple[float, float, float]]] = []
+        self.shaders: list[Shader] = []
+        self.lamps: list[Lamp] = []
         self.losses: dict[Loss, None] = {}  # an ordered set
+        self.resources = Resources()
+        self.attributes = Attributes()
+        self._depsgraph = depsgraph
+        self._vertices = 0
         self._meshes: dict[int, Mesh] = {}
-        self._surfaces: dict[int, tuple[int, Surface]] = {}
+        self._tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]] = {}
+        self._shaders: dict[int, tuple[int, tuple[tuple[str, str], ...]]] = {}
 
-    def add(self, thing: bpy.types.Object, matrix: np.ndarray) -> None:
-        """Take one instance of an object whose data is a mesh."""
+    def note(self, losses: Iterable[Loss]) -> None:
+        """Lines for the coverage report."""
+        self.losses.update(dict.fromkeys(losses))
+
+    def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+        """Take one instance, if it is a lamp or a mesh that any rays can see."""
+        thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
+        seen = visibility(instance, self._depsgraph.view_layer)
+        if thing.type == "LIGHT":
+            lamp, losses = read_lamp(thing, matrix, seen)
+            self.lamps += [lamp] if lamp else []
+            self.note(losses)
+        elif isinstance(thing.data, bpy.types.Mesh) and seen:
+            self._add_mesh(instance, matrix, seen)
+
+    def _add_mesh(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray, seen: int) -> None:
+        thing = instance.object
         # The evaluated mesh lives as long as the depsgraph, so its address identifies it.
         key = thing.data.as_pointer()
         if key not in self._meshes:
             self._meshes[key] = read_mesh(thing)
         part = place(self._meshes[key], matrix, thing.name)
-        if part.dropped:
-            self.losses[Loss(thing.name, "mesh", f"{part.dropped} triangle(s) without area are left out")] = None
+        if part.kept is not None:
+            self.note([Loss(thing.name, "mesh", f"{(~part.kept).sum()} triangle(s) without area are left out")])
         if len(part.corners):
-            self.parts.append(part)
-            self.material.append(self._indices(thing, part.slots))
+            self._add_triangles(part, self._indices(thing, part.slots))
+            self._add_attributes(instance, Placed(thing.data, self._meshes[key], part, matrix, self._depsgraph, self._tangents))
+            self.visibility.append(seen)
+
+    def _add_triangles(self, part: Triangles, material: np.ndarray) -> None:
+        own = np.full(len(material), len(self.visibility), np.int32)
+        arrays = (part.vertices, part.corners + np.int32(self._vertices), part.normals, material, own)
+        for parts, array in zip(self.triangles.values(), arrays, strict=True):
+            parts.append(array)
+        self._vertices += len(part.vertices)
+
+    def _add_attributes(self, instance: bpy.types.DepsgraphObjectInstance, placed: Placed) -> None:
+        used = np.flatnonzero(np.bincount(self.triangles["material"][-1]))
+        for number in sorted(set().union(*(corner_attributes_of(self.shaders[index]) for index in used))):
+            self.attributes.add(number, self.resources.corner_attributes[number], len(self.visibility), placed)
+        self.object_info.append({name: object_attribute(name, instance) for name in self.resources.object_attributes})
 
     def _indices(self, thing: bpy.types.Object, slots: np.ndarray) -> np.ndarray:
-        """(T,) indices of `materials` for the material slots of an object's faces; slots that no face uses leave no trace."""
-        present = _materials(thing) or [None]
+        """(T,) indices of `shaders` for the material slots of an object's faces; slots that no face uses leave no trace."""
+        present = [slot.material for slot in thing.material_slots] or [None]
         slots = np.clip(slots, 0, len(present) - 1)  # as in Cycles
         table = np.zeros(len(present), np.int32)
         for slot in np.flatnonzero(np.bincount(slots)):
-            index, surface = self._surface(present[slot])
-            table[slot] = index
-            self.losses.update((Loss(thing.name, where, detail), None) for where, detail in surface.notes)
+            table[slot], notes = self._shader(present[slot])
+            self.note(Loss(thing.name, where, detail) for where, detail in notes)
         return table[slots]
 
-    def _surface(self, material: bpy.types.Material | None) -> tuple[int, Surface]:
+    def _shader(self, material: bpy.types.Material | None) -> tuple[int, tuple[tuple[str, str], ...]]:
         key = material.as_pointer() if material else 0
-        if key not in self._surfaces:
-            surface = read_material(material)
-            self._surfaces[key] = len(self.materials), surface
-            self.materials.append(surface.material)
-        return self._surfaces[key]
+        if key not in self._shaders:
+            shader, notes = read_material(material, self.resources)
+            self._shaders[key] = len(self.shaders), tuple(notes)
+            self.shaders.append(shader)
+        return self._shaders[key]
 
+    def joined(self) -> dict[str, np.ndarray]:
+        """The arrays of `SceneData` that triangles have. What they are made from is let go of, array by array."""
+        self._meshes.clear()
+        return {name: _joined(name, parts) for name, parts in self.triangles.items()}
 
-def _materials(thing: bpy.types.Object) -> list[bpy.types.Material | None]:
-    return [slot.material for slot in thing.material_slots]
+    def object_attributes(self) -> np.ndarray:
+        """What `SceneData` calls so. What an object has not been asked for when it was added, none of its shaders reads."""
+        rows = [[info.get(name, (0.0, 0.0, 0.0)) for info in self.object_info] for name in self.resources.object_attributes]
+        return np.array(rows, np.float32).reshape(len(rows), len(self.object_info), 3)
 
 
 def export(depsgraph: bpy.types.Depsgraph) -> SceneData:
@@ -75,51 +121,40 @@ def export(depsgraph: bpy.types.Depsgraph) -> SceneData:
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     if fault := find_fault(data):
-        raise InputError(f"{name}: {fault}{_hint(fault, data)}")
+        raise InputError(f"{name}: {fault}")
     return data
 
 
 def _export(depsgraph: bpy.types.Depsgraph, name: str) -> SceneData:
-    scene, collector = depsgraph.scene, Collector()
+    scene, collector = depsgraph.scene, Collector(depsgraph)
     camera, camera_losses = read_camera(depsgraph)
-    world, world_losses = read_world(scene.world)
+    world, world_losses = read_world(scene.world, collector.resources)
     for instance in depsgraph.object_instances:
-        collector.losses.update(dict.fromkeys(coverage.of_instance(instance, depsgraph.view_layer)))
-        if instance.show_self and isinstance(instance.object.data, bpy.types.Mesh):
-            collector.add(instance.object, np.array(instance.matrix_world, np.float64))
-    arrays = _joined(collector)
-    camera_losses += clipped(scene.camera, camera, arrays["vertices"], arrays["triangles"])
+        collector.note(coverage.of_instance(instance, depsgraph.view_layer))
+        if instance.show_self:
+            collector.add(instance)
+    attributes, rows = collector.attributes.arrays(len(collector.resources.corner_attributes), len(collector.visibility))
     return SceneData(
         name=name,
-        **arrays,
-        materials=tuple(collector.materials),
+        **collector.joined(),
+        shaders=tuple(collector.shaders),
         camera=camera,
         world=world,
-        max_bounces=_max_bounces(scene),
-        coverage=(*coverage.of_scene(scene), *camera_losses, *world_losses, *collector.losses),
+        lamps=tuple(collector.lamps),
+        film=read_film(scene),
+        bounces=read_bounces(scene),
+        visibility=np.array(collector.visibility, np.uint8),
+        attributes=attributes,
+        attribute_rows=rows,
+        object_attributes=collector.object_attributes(),
+        tables=collector.resources.tables,
+        textures=tuple(collector.resources.textures),
+        coverage=(*coverage.of_scene(scene, depsgraph.view_layer), *camera_losses, *world_losses, *collector.losses),
     )
 
 
-def _joined(collector: Collector) -> dict[str, np.ndarray]:
-    parts = collector.parts
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    return {
-        "vertices": np.concatenate([np.empty((0, 3), np.float32), *(part.vertices for part in parts)]),
-        "triangles": np.concatenate(
-            [np.empty((0, 3), np.int32), *(part.corners + np.int32(start) for part, start in zip(parts, starts, strict=False))]
-        ),
-        "normals": np.concatenate([np.empty((0, 3, 3), np.float32), *(part.normals for part in parts)]),
-        "material": np.concatenate([np.empty(0, np.int32), *collector.material]),
-    }
-
-
-def _max_bounces(scene: bpy.types.Scene) -> int:
-    """Scattering events: Cycles' limit of N lets a path scatter N + 1 times; a limit for diffuse bounces holds beside it."""
-    if not hasattr(scene, "cycles"):
-        return _MAX_BOUNCES
-    return min(scene.cycles.max_bounces, scene.cycles.diffuse_bounces) + 1
-
-
-def _hint(fault: str, data: SceneData) -> str:
-    lamps = [loss.object for loss in data.coverage if "lamps are not supported" in loss.detail]
-    return f"; its {len(lamps)} lamp(s), {lamps[0]!r} first, are not supported yet" if "no light" in fault and lamps else ""
+def _joined(name: str, parts: list[np.ndarray]) -> np.ndarray:
+    dtype, shape = ARRAYS[name]
+    whole = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate([np.empty([n or 0 for n in shape], dtype), *parts])
+    parts.clear()
+    return whole

@@ -1,22 +1,31 @@
-"""Lambert's diffuse reflection: f = albedo / pi."""
+"""Lambert's diffuse reflection, f = albedo / pi, and what all lobes share that are sampled by the cosine."""
 
 from ..kernels import kernel
-from ..sampling import INV_PI, F, cosine_hemisphere, scale
+from ..sampling import INV_PI, F, cosine_hemisphere, dot, scale, tangents, to_world
+from .lobe import DIFFUSE, NORMAL, WEIGHT, get, write
 
 
 @kernel
-def evaluate(albedo, wo, wi):
-    """f(wo, wi), RGB in 1/sr; zero below the surface."""
-    return scale(albedo, INV_PI if wi[2] > F(0) else F(0))
+def setup(lobes, k, point, n, color):
+    """Write the lobe as row k."""
+    write(lobes, k, DIFFUSE, point, n, color, color)
 
 
 @kernel
-def sample(wo, u, v):
+def evaluate(lobes, k, wi):
+    """f |cos|, RGB; zero below the lobe's normal."""
+    return scale(get(lobes, k, WEIGHT), pdf(lobes, k, wi))
+
+
+@kernel
+def sample(lobes, k, u, v):
     """A direction wi with the density of `pdf`."""
-    return cosine_hemisphere(u, v)
+    n = get(lobes, k, NORMAL)
+    tangent, bitangent = tangents(n)
+    return to_world(tangent, bitangent, n, cosine_hemisphere(u, v))
 
 
 @kernel
-def pdf(wo, wi):
-    """Density of `sample`, per solid angle."""
-    return max(wi[2], F(0)) * INV_PI
+def pdf(lobes, k, wi):
+    """Density of `sample`, per solid angle: cos / pi."""
+    return max(dot(get(lobes, k, NORMAL), wi), F(0)) * INV_PI

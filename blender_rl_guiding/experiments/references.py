@@ -43,4 +43,5 @@ def _block(scene: SceneData, max_bounces: int, block: int, machine: Machine, on_
 
 
 def _folder(scene: SceneData, max_bounces: int) -> Path:
-    return cache_home() / "references" / f"{scene.key[:24]}-{max_bounces}-bounces"
+    own = "" if max_bounces < 0 else f"-{max_bounces}-bounces"
+    return cache_home() / "references" / f"{scene.key[:24]}{own}"

@@ -48,7 +48,7 @@ def _tasks(experiment: Experiment, scene: SceneData, folder: Path) -> Iterator[t
     """Method, folder and settings of each run; a seed is done by all methods before the next, so that an early report is fair."""
     for seed in experiment.seeds:
         for name, method in experiment.methods.items():
-            settings = replace(method, seed=seed, max_bounces=_bounces(scene, method))
+            settings = replace(method, seed=seed)
             yield name, folder / scene.name / name / f"seed-{seed}", settings
 
 
@@ -76,12 +76,8 @@ def _describe(experiment: Experiment, folder: Path) -> None:
         part.write_text(json.dumps(plan, indent=1), encoding="utf-8")
 
 
-def _bounces(scene: SceneData, settings: Render) -> int:
-    return settings.max_bounces if settings.max_bounces >= 0 else scene.max_bounces
-
-
 def _reference(scene: SceneData, experiment: Experiment, folder: Path, machine: Machine, progress: Progress) -> np.ndarray:
-    bounces = {_bounces(scene, settings) for settings in experiment.methods.values()}
+    bounces = {settings.max_bounces for settings in experiment.methods.values()}
     if len(bounces) > 1:
         raise InputError(f"the methods trace paths of different lengths ({sorted(bounces)} bounces): they have no common reference")
     progress.note(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time")

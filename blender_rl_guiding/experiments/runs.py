@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..errors import atomic
-from ..images import read_exr, write_exr
+from ..images import read_exr, write_exr, write_layers
 from ..metrics import compare
 from ..render import Result
 from ..scene.data import SceneData
@@ -30,7 +30,7 @@ def save_run(
         "scene": scene.name,
         "program": f"blender_rl_guiding {__version__}",
     }
-    write_exr(folder / "image.exr", result.image, header)
+    _write_images(folder, result, settings, header)
     values: dict[str, Any] = {
         "scene": scene.name,
         "scene_key": scene.key,
@@ -49,6 +49,21 @@ def save_run(
         "curve": result.curve,
     }
     _write_json(folder / "result.json", values)
+
+
+def _write_images(folder: Path, result: Result, settings: Render, header: dict[str, str]) -> None:
+    film, layers = result.film, result.film.layers()
+    if not layers:
+        write_exr(folder / "image.exr", result.image, header)
+        return
+    combined = np.dstack([result.image, film.alpha()])
+    write_exr(folder / "image.exr", combined, header)
+    if settings.passes:
+        write_layers(folder / "passes.exr", {"Combined": combined} | layers, header)
+    if settings.denoise:
+        from ..render.denoise import denoised
+
+        write_exr(folder / "denoised.exr", denoised(film), header)
 
 
 def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:

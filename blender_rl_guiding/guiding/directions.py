@@ -1,14 +1,14 @@
-"""How the next direction is drawn: the material's own sampling mixed with a table of patch probabilities.
+"""How diffuse reflection chooses its direction: the material's own sampling mixed with a table of patch probabilities.
 
 Every guide hands the tracer one `Directions`, frozen while a pass renders, so that the tracer has one kernel for all guides.
 The table has a row for each cell of a hashed grid over position and normal; where a cell is unknown the material alone decides.
+Lobes that are not diffuse reflection keep their own sampling: a product with them would have to be formed at the vertex.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf import diffuse
 from ..kernels import kernel
 from ..sampling import TWO_PI, F, mix, pick
 from .patches import patch_of, sample_patch
@@ -27,7 +27,7 @@ class Cells(NamedTuple):
 
 
 class Directions(NamedTuple):
-    """A mixture of the material's pdf (share `bsdf_fraction`) and the cell's patch probabilities."""
+    """A mixture, for diffuse lobes, of the material's pdf (share `bsdf_fraction`) and the cell's patch probabilities."""
 
     bsdf_fraction: np.float32
     patch_rows: int
@@ -71,26 +71,15 @@ def find_cell(cells, position, normal):
 
 
 @kernel
-def sample(directions, row, wo, u, v, choice, patch_choice):
-    """Draw a local direction wi from the mixture at a cell, by four uniform numbers."""
-    if row == UNKNOWN or choice < directions.bsdf_fraction:
-        return diffuse.sample(wo, u, v)
-    patch = pick(directions.cdf, row, directions.cdf.shape[1], patch_choice)
+def sample_table(directions, row, u, v, choice):
+    """Draw a local direction wi from the patches of a cell, by three uniform numbers."""
+    patch = pick(directions.cdf, row, directions.cdf.shape[1], choice)
     return sample_patch(directions.patch_rows, directions.patch_columns, patch, u, v)
 
 
 @kernel
-def pdf(directions, row, wo, wi):
-    """Density of `sample` per solid angle: the balance heuristic's full mixture."""
-    of_bsdf = diffuse.pdf(wo, wi)
-    if row == UNKNOWN or directions.bsdf_fraction == F(1):
-        return of_bsdf
-    return directions.bsdf_fraction * of_bsdf + (F(1) - directions.bsdf_fraction) * table_pdf(directions, row, wi)
-
-
-@kernel
 def table_pdf(directions, row, wi):
-    """Density of the table's share alone: P(patch) N / (2 pi)."""
+    """Density of `sample_table` per solid angle: P(patch) N / (2 pi)."""
     if wi[2] <= F(0):
         return F(0)
     cdf = directions.cdf

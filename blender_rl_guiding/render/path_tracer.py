@@ -1,172 +1,341 @@
-"""The transport loop: one bounce of a wavefront of paths.
+"""The transport loop: paths from the camera to the light, one after another.
 
-Symbols: L radiance at the camera, beta throughput, wo and wi local directions away from the surface, f the BSDF.
-Estimates emission on both sides of surfaces, constant surroundings, and diffuse reflection, up to a number of scattering
-events; with next-event estimation by the balance heuristic (Veach 1997). Not supported: transmission, media, delta lobes.
+Symbols: L radiance at the camera, beta throughput, x position, n shading normal, wo and wi directions away from the surface, f the
+BSDF times the cosine. Emission is found by next-event estimation and by chance, weighed by the balance heuristic (Veach 1997); what
+lets light pass straight is no scattering event. Not supported: media, subsurface scattering.
 """
 
 import math
 
 import numpy as np
 
-from ..bsdf import diffuse
+from ..bsdf import surface as bsdf
 from ..guiding import directions as guide
 from ..kernels import kernel
-from ..sampling import (
-    F,
-    accumulate,
-    add,
-    dot,
-    luminance,
-    multiply,
-    scale,
-    store,
-    subtract,
-    tangents,
-    to_local,
-    to_world,
-    uniform2,
-    vector,
-)
-from ..scene.geometry import off_surface, shading_normal
-from ..scene.lights import sample_light
+from ..lights.emitters import sample_light
+from ..lights.lamps import HITTABLE, SHADOW, VISIBILITY
+from ..lights.lamps import hit as hit_lamp
+from ..lights.world import world_pdf, world_radiance
+from ..references import ref
+from ..sampling import F, add, dot, luminance, multiply, normalize, scale, store, stream, tangents, to_local, to_world, uniform2
+from ..scene.camera import camera_ray
+from ..scene.description import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
+from ..scene.description import SHADOW as SHADOW_RAY
+from ..scene.geometry import FAR, NORMAL, U, V, closest, occluded, off_surface, shading_normal
+from ..shading.evaluate import run
+from ..shading.operands import Point
 
-DIMENSIONS = 8  # pairs of random numbers that a vertex may use; pair 0 of the first vertex is the pixel's
-ZERO = (F(0), F(0), F(0))
+DIMENSIONS = 8  # pairs of random numbers that a vertex may use; those of the first "vertex" are the camera's
+MOST_VERTICES = 4096  # of a path, passages through transparent surfaces included
+MOST_LEARNT = 32  # transitions of a path, which bounds the memory for them
+ZERO, ONE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
+# Columns of the passes that are written beside the radiance.
+ALPHA, DEPTH, ALBEDO, SHADING_NORMAL, POSITION, EMISSION, DIRECT, PASS_COLUMNS = 0, 1, 2, 5, 8, 11, 14, 17
 
 
 @kernel
-def bounce(scene, directions, settings, depth, count, paths, hits, following, shadow, transitions, counts, radiance):
-    """Shade `count` paths at their hits and send the survivors on.
+def trace_paths(stage, directions, limits, share, seed, pixels, first_sample, first_path, count, scratch, radiance, passes):
+    """Trace paths first_path .. first_path + count - 1 of a pass: path p is sample first_sample + p // n of the p % n-th of n pixels.
 
-    scene: (surface, lights, world). settings: (max_bounces, nee, share of vertices that become transitions).
-    hits: distance, triangle, u, v of each path. Writes `following`, `shadow`, `transitions` densely from 0 and their numbers to
-    `counts`; adds emission to `radiance` (paths of the pass, 3).
+    Writes `radiance` (paths of the pass, 3) and, if it has rows, `passes` (paths of the pass, PASS_COLUMNS).
+    About `share` of the vertices become transitions.
     """
-    surface, lights, world = scene
-    max_bounces, nee, recorded_share = settings
-    distance, triangle, hit_u, hit_v = hits
-    survivors, shadows, recorded = 0, 0, 0
-    learnable = max_bounces if nee else max_bounces + 1  # the last vertex has no next-event estimate to learn from
-    for i in range(count):
-        beta, ray, key = vector(paths.throughput, i), vector(paths.direction, i), paths.key[i]
-        dimension = (depth + 1) * DIMENSIONS
-        record = 0 < depth < learnable and uniform2(key, dimension)[0] < recorded_share
+    stage, directions, limits, scratch = ref(stage), ref(directions), ref(limits), ref(scratch)
+    rays, registers, lobes, transitions, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.transitions, scratch.counts
+    counts[:] = 0
+    features = passes.shape[0] > 0
+    learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
+    seek = limits.nee or limits.blind_lamps
+    for path in range(first_path, first_path + count):
+        pixel = pixels[path % pixels.shape[0]]
+        key = stream(seed, pixel, first_sample + path // pixels.shape[0])
+        u, v = uniform2(key, 0)
+        lens_u, lens_v = uniform2(key, 1)
+        origin, ray, near, far = camera_ray(stage.lens, pixel % stage.width, pixel // stage.width, u, v, lens_u, lens_v)
+        L, beta, pdf, kind = ZERO, ONE, F(0), CAMERA
+        start, start_normal, segment_ray, travelled = origin, ZERO, ray, F(0)  # where the path scattered last, and how far it is from there
+        through, reward, segment, learnt = F(1), F(0), False, 0  # of the segment to be learnt: what passes along it, what it has met so far
+        scattered, diffuse, glossy, transmission, transparent = 0, 0, 0, 0, 0
+        seen = False  # whether the camera's first surface has been met
 
-        # --- surroundings ------------------------------------------------------------------------------------------------
-        if triangle[i] < 0:
-            accumulate(radiance, paths.path[i], multiply(beta, world))
-            if record:
-                write_transition(transitions, recorded, paths, i, depth, max_bounces, ZERO, ZERO, luminance(world), F(0))
-                recorded += 1
-            continue
+        for vertex in range(MOST_VERTICES):
+            dimension = (vertex + 1) * DIMENSIONS
+            triangle = closest(stage.surface, rays, origin, ray, near, far, kind)
+            distance = rays.floats[FAR]
+            hit_u, hit_v = rays.floats[U], rays.floats[V]
+            counts[0] += 1
+            record, roulette = uniform2(key, dimension)
+            recorded = segment and scattered < learnable and learnt < MOST_LEARNT and record < share
+            counts[1] += segment
+            learnt += recorded
 
-        # --- surface: x, n -------------------------------------------------------------------------------------------------
-        face_normal = vector(surface.face_normal, triangle[i])
-        n = shading_normal(surface, triangle[i], hit_u[i], hit_v[i])
-        if dot(face_normal, ray) > F(0):
-            face_normal, n = scale(face_normal, F(-1)), scale(n, F(-1))
-        x = add(vector(paths.origin, i), scale(ray, distance[i]))
-        material = surface.material[triangle[i]]
-        albedo, emitted = vector(surface.albedo, material), vector(surface.emission, material)
+            # --- lamps on the way, and surroundings --------------------------------------------------------------------------
+            light = ZERO
+            for h in range(stage.lights.hittable.shape[0]):
+                light = add(light, lamp_met(stage.lights, stage.lights.hittable[h], start, ray, travelled, distance, pdf, kind, limits.nee))
+            if triangle < 0:
+                hidden = limits.transparent_film and not seen
+                if not hidden:
+                    light = add(light, surroundings(stage, registers, ray, pdf, kind, scattered, limits.nee))
+                L = add(L, multiply(beta, light))
+                if features:
+                    credit(passes, path, multiply(beta, light), scattered)
+                    if hidden:
+                        passes[path, ALPHA] += luminance(beta)
+                if recorded:
+                    reward += through * luminance(light)
+                    write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, ZERO, ZERO, reward, F(0))
+                break
 
-        # --- emission, weighted against next-event estimation ----------------------------------------------------------------
-        weight = F(1)
-        if nee and depth > 0 and luminance(emitted) > F(0):
-            pdf_light = lights.pdf_area[material] * distance[i] * distance[i] / -dot(face_normal, ray)
-            weight = paths.pdf[i] / (paths.pdf[i] + pdf_light)
-        Le = scale(emitted, weight)
-        accumulate(radiance, paths.path[i], multiply(beta, Le))
-        ends = depth == max_bounces or max(albedo[0], max(albedo[1], albedo[2])) == F(0)
-        slot = -1
-        if record:
-            # The state goes on beyond the last bounce: what light arrives does not depend on how long this path may be.
-            write_transition(transitions, recorded, paths, i, depth, max_bounces, x, n, luminance(Le), luminance(albedo))
-            slot = recorded
-            recorded += 1
-        if ends:
-            continue
+            # --- surface: x, n -----------------------------------------------------------------------------------------------
+            x = add(origin, scale(ray, distance))
+            wo = scale(ray, F(-1))
+            ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
+            n = shading_normal(stage.surface, triangle, hit_u, hit_v, ng)
+            behind = dot(ng, wo) < F(0)
+            if behind:
+                ng, n = scale(ng, F(-1)), scale(n, F(-1))
+            shader, object_ = stage.surface.material[triangle], stage.surface.object[triangle]
+            point = ref(Point(x, n, ng, wo, triangle, object_, hit_u, hit_v, np.int32(behind), np.int32(kind), distance, np.int32(scattered)))
+            run(stage.shading, shader, point, registers)
+            lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
+            travelled += distance
 
-        # --- local frame and guide --------------------------------------------------------------------------------------------
-        t, b = tangents(n)
-        wo = to_local(t, b, n, scale(ray, F(-1)))
-        # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
-        origin = off_surface(x, face_normal, distance[i])
-        cell = guide.find_cell(directions.cells, x, n) if directions.bsdf_fraction < F(1) else guide.UNKNOWN
+            # --- emission, weighed against next-event estimation ---------------------------------------------------------------
+            if luminance(emitted) > F(0):
+                weight = F(1)
+                if limits.nee and pdf > F(0):
+                    pdf_light = stage.lights.pdf_area[shader] * travelled * travelled / dot(ng, wo)
+                    weight = pdf / (pdf + pdf_light)
+                light = add(light, scale(emitted, weight))
+            L = add(L, multiply(beta, light))
+            reward += through * luminance(light)
+            if features:
+                credit(passes, path, multiply(beta, light), scattered)
+            colour = bsdf.albedo(lobes, lobes_count)
 
-        # --- next-event estimation --------------------------------------------------------------------------------------------
-        if nee:
-            u, _ = uniform2(key, dimension + 1)
-            v, w = uniform2(key, dimension + 2)
-            y, light = sample_light(lights, u, v, w)
-            if next_event(scene, directions, cell, origin, n, face_normal, t, b, wo, albedo, y, light, beta, shadow, shadows):
-                shadow.path[shadows] = paths.path[i]
-                shadow.transition[shadows] = slot
-                shadows += 1
+            # --- passing straight ------------------------------------------------------------------------------------------------
+            straight, solid = luminance(passing), luminance(colour)
+            chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
+            choice, patch_choice = uniform2(key, dimension + 5)
+            if choice < chance_straight:
+                transparent += 1
+                if transparent > limits.transparent:
+                    break
+                factor = scale(passing, F(1) / chance_straight)
+                beta, through = multiply(beta, factor), through * luminance(factor)
+                origin, near, far = off_surface(x, scale(ng, F(-1)), distance), F(0), far - distance
+                continue
+            choice = (choice - chance_straight) / (F(1) - chance_straight)
+            beta = scale(beta, F(1) / (F(1) - chance_straight))
+            if features and not seen:
+                write_features(passes, path, stage.lens, x, n, colour)
+            seen = True
 
-        # --- next direction: beta f cos / pdf ------------------------------------------------------------------------------------
-        u, v = uniform2(key, dimension + 3)
-        choice, patch_choice = uniform2(key, dimension + 4)
-        wi = guide.sample(directions, cell, wo, u, v, choice, patch_choice)
-        pdf = guide.pdf(directions, cell, wo, wi)
-        going = to_world(t, b, n, wi)
-        if wi[2] <= F(0) or dot(going, face_normal) <= F(0) or pdf <= F(0):
-            continue
-        store(following.origin, survivors, origin)
-        store(following.direction, survivors, going)
-        store(following.throughput, survivors, multiply(beta, scale(diffuse.evaluate(albedo, wo, wi), wi[2] / pdf)))
-        store(following.normal, survivors, n)
-        following.pdf[survivors] = pdf
-        following.key[survivors] = key
-        following.path[survivors] = paths.path[i]
-        survivors += 1
-    counts[0], counts[1], counts[2] = survivors, shadows, recorded
+            # --- the segment that led here is complete, unless light can arrive from one direction only ------------------------------
+            scatters = bsdf.spreads(lobes, lobes_count)
+            slot = np.int64(-1)
+            if segment and (scatters or lobes_count == 0):
+                if recorded:
+                    slot = counts[2]
+                    # The state goes on beyond the last bounce: what light arrives does not depend on how long this path may be.
+                    write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, x, n, reward, through * solid)
+                segment = False
+
+            # --- the end of the path ---------------------------------------------------------------------------------------------
+            if lobes_count == 0 or scattered >= limits.total or diffuse >= limits.diffuse or glossy >= limits.glossy:
+                break
+            if transmission >= limits.transmission:
+                break
+            if scattered > limits.roulette:
+                survival = min(F(1), math.sqrt(max(beta[0], max(beta[1], beta[2]))))
+                if roulette >= survival:
+                    break
+                beta = scale(beta, F(1) / survival)
+
+            # --- next-event estimation -------------------------------------------------------------------------------------------
+            t, b = tangents(n)
+            guided = F(0)
+            cell = guide.UNKNOWN
+            if directions.bsdf_fraction < F(1):
+                cell = guide.find_cell(directions.cells, x, n)
+                if cell != guide.UNKNOWN:
+                    guided = (F(1) - directions.bsdf_fraction) * bsdf.guidable(lobes, lobes_count)
+            if seek and scatters:
+                u, v = uniform2(key, dimension + 2)
+                emitter_choice, _ = uniform2(key, dimension + 1)
+                # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
+                above = off_surface(x, ng, distance)
+                wi, far_light, arriving, pdf_light, emitter = sample_light(
+                    stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, u, v
+                )
+                alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
+                if (limits.nee or alone) and luminance(arriving) > F(0):
+                    f, pdf_wi, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, wi)
+                    if luminance(f) > F(0):
+                        if alone:
+                            arriving = scale(arriving, F(1) / pdf_light) if pdf_light > F(0) else arriving
+                        else:
+                            if guided > F(0):
+                                pdf_wi += mixed(directions, cell, to_local(t, b, n, wi), guided, pdf_guidable)
+                            arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
+                        from_x = above if dot(ng, wi) > F(0) else off_surface(x, scale(ng, F(-1)), distance)
+                        if shadow:
+                            counts[0] += 1
+                            arriving = multiply(arriving, passes_on(stage, limits, scratch, from_x, wi, far_light, scattered + 1))
+                        leaving = multiply(f, arriving)
+                        L = add(L, multiply(beta, leaving))
+                        if features:
+                            credit(passes, path, multiply(beta, leaving), scattered + 1)
+                        if slot >= 0:
+                            transitions.reward[slot] += luminance(leaving)
+
+            # --- next direction: beta f / pdf ---------------------------------------------------------------------------------------
+            # Looking towards the light may have run other shaders, but the lobes are still those of x.
+            u, v = uniform2(key, dimension + 3)
+            pick_choice, w = uniform2(key, dimension + 4)
+            lobe, rest = bsdf.pick(lobes, lobes_count, pick_choice)
+            if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
+                ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
+                label = DIFFUSE
+            else:
+                ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, w)
+            if label == 0:
+                break
+            if label & bsdf.SINGULAR:
+                factor = scale(bsdf.singular(lobes, lobe, ng, wo, ray, label), F(1) / bsdf.chance(lobes, lobe))
+                pdf = F(0)
+            else:
+                f, pdf, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, ray)
+                if guided > F(0):
+                    pdf += mixed(directions, cell, to_local(t, b, n, ray), guided, pdf_guidable)
+                if pdf <= F(0):
+                    break
+                factor = scale(f, F(1) / pdf)
+                pdf *= F(1) - chance_straight
+            if luminance(factor) <= F(0):
+                break
+            beta = multiply(beta, factor)
+
+            # --- bookkeeping -----------------------------------------------------------------------------------------------------
+            scattered += 1
+            kind = label & (DIFFUSE | GLOSSY | TRANSMISSION)
+            if label & TRANSMISSION:
+                transmission += 1
+            elif label & DIFFUSE:
+                diffuse += 1
+            else:
+                glossy += 1
+            above_surface = dot(ng, ray) > F(0)
+            origin = off_surface(x, ng if above_surface else scale(ng, F(-1)), distance)
+            near, far = F(0), F(np.inf)
+            if label & bsdf.SINGULAR:
+                through *= luminance(factor)
+            else:
+                segment = above_surface
+                segment_ray, start_normal, through, reward = ray, n, F(1), F(0)
+            start, travelled = origin, F(0)
+        store(radiance, path, L)
 
 
 @kernel
-def next_event(scene, directions, cell, origin, n, face_normal, t, b, wo, albedo, y, light, beta, shadow, slot):
-    """Write a shadow ray from origin to the point y on a light; False if nothing can arrive, whatever stands in between."""
-    surface, lights, _ = scene
-    triangle = lights.triangle[light]
-    to_light = subtract(y, origin)
-    squared = dot(to_light, to_light)
-    distance = math.sqrt(squared)
-    going = scale(to_light, F(1) / distance)
-    wi = to_local(t, b, n, going)
-    cosine = abs(dot(vector(surface.face_normal, triangle), going))
-    if wi[2] <= F(0) or dot(going, face_normal) <= F(0) or cosine <= F(1e-6):
-        return False
-    material = surface.material[triangle]
-    pdf_light = lights.pdf_area[material] * squared / cosine
-    pdf_direction = guide.pdf(directions, cell, wo, wi)
-    leaving = multiply(diffuse.evaluate(albedo, wo, wi), vector(surface.emission, material))
-    leaving = scale(leaving, wi[2] / (pdf_light + pdf_direction))
-    store(shadow.origin, slot, origin)
-    store(shadow.direction, slot, going)
-    shadow.distance[slot] = distance * F(1 - 1e-4)
-    store(shadow.contribution, slot, multiply(beta, leaving))
-    shadow.reward[slot] = luminance(leaving)
-    return True
+def lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee):
+    """What a ray from `start` receives from lamp k between `travelled` and `travelled + distance`, weighed against its being sampled."""
+    if not np.int32(lights.lamps[k, VISIBILITY]) & kind:
+        return ZERO
+    met, light, pdf_lamp = hit_lamp(lights.lamps, k, start, ray)
+    if met <= travelled or met > travelled + distance or pdf_lamp == F(0):
+        return ZERO
+    if nee and pdf > F(0):
+        light = scale(light, pdf / (pdf + pdf_lamp * lights.probability[lights.triangle.shape[0] + k]))
+    return light
 
 
 @kernel
-def add_direct(count, visible, shadow, transitions, radiance):
-    """Add the next-event estimates that arrive, to the image and to what is learnt."""
-    for i in range(count):
-        if visible[i] != 0:
-            accumulate(radiance, shadow.path[i], vector(shadow.contribution, i))
-            if shadow.transition[i] >= 0:
-                transitions.reward[shadow.transition[i]] += shadow.reward[i]
+def surroundings(stage, registers, ray, pdf, kind, depth, nee):
+    """What arrives from the world, weighed against its being sampled."""
+    light = world_radiance(stage.shading, registers, ray, kind, depth)
+    if nee and pdf > F(0) and stage.lights.world_probability > F(0):
+        light = scale(light, pdf / (pdf + world_pdf(stage.lights.world, ray) * stage.lights.world_probability))
+    return light
 
 
 @kernel
-def write_transition(transitions, slot, paths, i, depth, max_bounces, y, next_normal, reward, albedo):
-    """Store the segment that brought path i here."""
-    transitions.order[slot] = paths.path[i] * np.int64(max_bounces + 1) + np.int64(depth)
-    store(transitions.position, slot, vector(paths.origin, i))
-    store(transitions.normal, slot, vector(paths.normal, i))
-    store(transitions.direction, slot, vector(paths.direction, i))
+def stands_alone(lights, emitter, pdf):
+    """Whether rays cannot hit an emitter, so that sampling it counts in full; and whether things cast a shadow of its light."""
+    k = emitter - lights.triangle.shape[0]
+    if k < 0 or k >= lights.lamps.shape[0]:
+        return False, True
+    return pdf == F(0) or lights.lamps[k, HITTABLE] == F(0), lights.lamps[k, SHADOW] > F(0)
+
+
+@kernel
+def mixed(directions, cell, wi, guided, pdf_guidable):
+    """What the pdf of the material's own sampling changes by, where the guide takes over a part of its diffuse share."""
+    return guided * guide.table_pdf(directions, cell, wi) - (F(1) - directions.bsdf_fraction) * pdf_guidable
+
+
+@kernel
+def passes_on(stage, limits, scratch, origin, wi, distance, depth):
+    """The share of light that gets from `distance` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight."""
+    reach = distance * F(1 - 1e-4)
+    if not stage.any_see_through:
+        return ZERO if occluded(stage.surface, scratch.rays, origin, wi, reach, SHADOW_RAY) else ONE
+    rays, share = scratch.rays, ONE
+    for _ in range(limits.transparent + 1):
+        triangle = closest(stage.surface, rays, origin, wi, F(0), reach, SHADOW_RAY)
+        if triangle < 0:
+            return share
+        shader = stage.surface.material[triangle]
+        if not stage.see_through[shader]:
+            return ZERO
+        step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
+        ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
+        n = shading_normal(stage.surface, triangle, u, v, ng)
+        behind = dot(ng, wi) > F(0)
+        if behind:
+            ng, n = scale(ng, F(-1)), scale(n, F(-1))
+        x, object_ = add(origin, scale(wi, step)), stage.surface.object[triangle]
+        wo = scale(wi, F(-1))
+        point = ref(Point(x, n, ng, wo, triangle, object_, u, v, np.int32(behind), np.int32(SHADOW_RAY), step, np.int32(depth)))
+        run(stage.shading, shader, point, scratch.registers)
+        share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
+        if luminance(share) <= F(0):
+            return ZERO
+        origin, reach = off_surface(x, scale(ng, F(-1)), step), reach - step
+    return ZERO
+
+
+@kernel
+def credit(passes, path, light, scattered):
+    """Count light to the pass of emission or direct light, by the scattering events that it needed."""
+    if scattered <= 1:
+        column = EMISSION if scattered == 0 else DIRECT
+        for c in range(3):
+            passes[path, column + c] += light[c]
+
+
+@kernel
+def write_features(passes, path, lens, x, n, colour):
+    """The passes of the first surface."""
+    for c in range(3):
+        passes[path, ALBEDO + c] = colour[c]
+        passes[path, SHADING_NORMAL + c] = n[c]
+        passes[path, POSITION + c] = x[c]
+    a = lens.axes
+    passes[path, DEPTH] = (a[3, 0] - x[0]) * a[2, 0] + (a[3, 1] - x[1]) * a[2, 1] + (a[3, 2] - x[2]) * a[2, 2]
+
+
+@kernel
+def write_transition(transitions, counts, path, vertex, x, n, wi, y, next_normal, reward, albedo):
+    """Store a segment from x along wi to y."""
+    slot = counts[2]
+    transitions.order[slot] = path * np.int64(MOST_VERTICES) + np.int64(vertex)
+    store(transitions.position, slot, x)
+    store(transitions.normal, slot, n)
+    store(transitions.direction, slot, wi)
     store(transitions.next_position, slot, y)
     store(transitions.next_normal, slot, next_normal)
     transitions.reward[slot] = reward
     transitions.albedo[slot] = albedo
+    counts[2] += 1

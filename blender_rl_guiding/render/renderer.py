@@ -1,20 +1,23 @@
 """The one entry: passes over the image, each learnt from before the next."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..guiding import make_guide
-from ..scene.data import Camera, Material, SceneData
+from ..scene.data import SceneData
+from ..scene.description import IDENTITY, Bounces, Camera, Closure, Shader
 from ..settings import DQN, Machine, Render
 from ..settings import Guide as GuideSettings
 from .film import Film
 from .passes import PassTracer
+from .stage import wants_passes
 
-PATHS_PER_PASS = 1 << 20  # about; bounds the memory of a pass, and how long a pass of a guide that does not learn takes
-
+PATHS_PER_PASS = 1 << 20  # about: how long a pass of a guide that does not learn takes
+CHECKED_EVERY = 4  # samples between two looks at the clock or the noise
+LEAST_SAMPLES = 16  # before the noise of a pixel is believed
 
 @dataclass
 class Result:
@@ -42,26 +45,42 @@ def render(
 
     `on_pass` is called after every pass with the state so far; what it raises ends the render at once.
     """
-    camera = scene.camera
     guide = make_guide(settings.guide, scene, settings.seed)
     tracer = PassTracer(scene, settings, machine, learning=guide.wanted() > 0)
-    result = Result(Film(camera.width, camera.height))
-    pixels = camera.width * camera.height
-    per_pass = 1 if guide.wanted() else max(1, min(PATHS_PER_PASS // pixels, settings.spp))
+    film = Film(scene.camera.width, scene.camera.height, scene.film.exposure, wants_passes(scene, settings))
+    result = Result(film)
+    pixels = np.arange(scene.camera.width * scene.camera.height)
     start = time.perf_counter()
-    for first in range(0, settings.spp, per_pass):
-        count = min(per_pass, settings.spp - first)
-        radiance, transitions, rays = tracer.trace(guide.directions(), first, count, guide.wanted())
-        result.film.add(radiance)
-        result.rays += rays
+    for first, count in _rounds(settings, len(pixels), learning=guide.wanted() > 0):
+        transitions = tracer.trace(guide.directions(), film, pixels, first, count, guide.wanted())
+        result.rays = tracer.rays
         learning = time.perf_counter()
         scalars = guide.learn(transitions) if first + count < settings.spp else {}
         result.learn_seconds += time.perf_counter() - learning
         result.seconds = time.perf_counter() - start
-        result.curve.append({"samples": result.film.samples, "seconds": result.seconds} | scalars)
+        result.curve.append({"samples": film.samples, "seconds": result.seconds} | scalars)
         if on_pass:
             on_pass(result)
+        if settings.noise and film.samples >= LEAST_SAMPLES:
+            pixels = _noisy(film, settings.noise)
+        if not len(pixels) or 0 < settings.seconds <= result.seconds:
+            break
     return result
+
+
+def _rounds(settings: Render, pixels: int, learning: bool) -> Iterator[tuple[int, int]]:
+    """(first sample, samples) of each pass: short ones where something has to be decided between them."""
+    count = 1 if learning else max(1, min(PATHS_PER_PASS // pixels, settings.spp))
+    if settings.noise or settings.seconds:
+        count = min(count, CHECKED_EVERY)
+    return ((first, min(count, settings.spp - first)) for first in range(0, settings.spp, count))
+
+
+def _noisy(film: Film, threshold: float) -> np.ndarray:
+    """The pixels that are noisier than the threshold, and their neighbours."""
+    noisy = np.pad(film.noise() > threshold, 1)
+    noisy = noisy[:-2] | noisy[1:-1] | noisy[2:]
+    return np.flatnonzero(noisy[:, :-2] | noisy[:, 1:-1] | noisy[:, 2:])
 
 
 def warm_up(guide: GuideSettings, machine: Machine) -> None:
@@ -73,15 +92,15 @@ def warm_up(guide: GuideSettings, machine: Machine) -> None:
 
 def _tiny_scene() -> SceneData:
     """A lit triangle in front of a camera of 4 x 4 pixels."""
-    camera = Camera(tuple(map(tuple, np.eye(4).tolist())), 0.1, 0.1, 4, 4)
     return SceneData(
         name="tiny",
         vertices=np.array([(-9, -9, -1), (9, -9, -1), (0, 9, -1)], np.float32),
         triangles=np.array([(0, 1, 2)], np.int32),
         normals=np.array([[(0, 0, 1)] * 3], np.float32),
         material=np.zeros(1, np.int32),
-        materials=(Material("lit", (0.5, 0.5, 0.5), (1.0, 1.0, 1.0)),),
-        camera=camera,
-        world=(1.0, 1.0, 1.0),
-        max_bounces=2,
+        object=np.zeros(1, np.int32),
+        shaders=(Shader("lit", (), (Closure("diffuse", 0.5), Closure("emission", 1.0))),),
+        camera=Camera(IDENTITY, (-0.1, 0.1, -0.1, 0.1), 4, 4),
+        world=Shader("", (), (Closure("emission", 1.0),)),
+        bounces=Bounces(2, 2, 2, 2),
     )

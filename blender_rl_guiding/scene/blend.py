@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from .data import Loss, SceneData, load
+from .bundle import load
+from .data import SceneData
+from .description import Loss
 
 _SCRIPT = Path(__file__).resolve().parents[2] / "addon" / "headless.py"
 _MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, zstd, gzip

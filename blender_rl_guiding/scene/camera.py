@@ -1,48 +1,125 @@
-"""Camera rays."""
+"""Camera rays: the lens, the film and its pixel filter."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..kernels import kernel
-from ..sampling import F, normalize, store, stream, uniform2
+from ..sampling import F, TWO_PI, add, normalize, pick, scale, subtract
 from .data import SceneData
 
-
-class Pinhole(NamedTuple):
-    """A camera as the kernels see it: the film plane at distance 1 in world space."""
-
-    position: np.ndarray  # (3,) float32
-    corner: np.ndarray  # (3,) float32, from position to the top left corner of the film
-    right: np.ndarray  # (3,) float32, one pixel to the right
-    down: np.ndarray  # (3,) float32, one pixel down
-    width: int
+PERSPECTIVE, ORTHOGRAPHIC, PANORAMA = range(3)
+_KINDS = ("perspective", "orthographic", "panorama")
+_FILTER_CELLS = 1024
 
 
-def pinhole(scene: SceneData) -> Pinhole:
-    """The scene's camera for `camera_rays`."""
-    camera = scene.camera
-    matrix = np.array(camera.to_world)
-    x, y, z = matrix[:3, 0] * camera.tan_x, matrix[:3, 1] * camera.tan_y, matrix[:3, 2]
-    right, down = 2 * x / camera.width, -2 * y / camera.height
-    position, corner, right, down = (np.ascontiguousarray(v, np.float32) for v in (matrix[:3, 3], y - x - z, right, down))
-    return Pinhole(position, corner, right, down, camera.width)
+class Lens(NamedTuple):
+    """A camera as the kernels see it."""
+
+    kind: int
+    axes: np.ndarray  # (4, 3) float32: right, up, backward, position
+    corner: tuple[np.float32, np.float32]  # top left corner of the window
+    pixel: tuple[np.float32, np.float32]  # width and height of a pixel in the window; y runs down
+    near: np.float32
+    far: np.float32
+    aperture: np.float32
+    focus: np.float32
+    blades: int
+    blade_rotation: np.float32
+    aperture_ratio: np.float32
+    filter: np.ndarray  # (1, n) float32, cumulative distribution of the pixel filter over its width
+    filter_width: np.float32  # pixels
+
+
+def lens(scene: SceneData) -> Lens:
+    """The scene's camera for `camera_ray`."""
+    camera, film = scene.camera, scene.film
+    axes = np.array(camera.to_world, np.float64)[:3].T.astype(np.float32)
+    left, right, bottom, top = camera.window
+    cdf = filter_cdf(film.filter)
+    width = 1.0 if film.filter == "box" else film.filter_width
+    return Lens(
+        _KINDS.index(camera.kind),
+        np.ascontiguousarray(axes),
+        (F(left), F(top)),
+        (F((right - left) / camera.width), F((bottom - top) / camera.height)),
+        *(F(x) for x in (camera.near, camera.far, camera.aperture, camera.focus)),
+        camera.blades,
+        F(camera.blade_rotation),
+        F(camera.aperture_ratio),
+        cdf,
+        F(width),
+    )
+
+
+def filter_cdf(kind: str) -> np.ndarray:
+    """(1, n) float32, the distribution of sample offsets along one axis, over the whole width of the filter."""
+    x = (np.arange(_FILTER_CELLS) + 0.5) / _FILTER_CELLS
+    if kind == "gaussian":
+        weight = np.exp(-2 * (6 * (x - 0.5)) ** 2)
+    elif kind == "blackman_harris":
+        weight = 0.35875 - 0.48829 * np.cos(2 * np.pi * x) + 0.14128 * np.cos(4 * np.pi * x) - 0.01168 * np.cos(6 * np.pi * x)
+    else:
+        weight = np.ones(1)
+    cdf = np.cumsum(weight)
+    return (cdf / cdf[-1]).astype(np.float32)[None, :]
 
 
 @kernel
-def camera_rays(camera, seed, pixels, first_path, first_sample, count, paths):
-    """Start `count` paths: path p is sample first_sample + p // pixels of pixel p % pixels, jittered over the pixel (box filter)."""
-    c, r, d = camera.corner, camera.right, camera.down
-    for i in range(count):
-        path = first_path + i
-        pixel = path % pixels
-        key = stream(seed, pixel, first_sample + path // pixels)
-        u, v = uniform2(key, 0)
-        x, y = F(pixel % camera.width) + u, F(pixel // camera.width) + v
-        direction = normalize((c[0] + x * r[0] + y * d[0], c[1] + x * r[1] + y * d[1], c[2] + x * r[2] + y * d[2]))
-        store(paths.origin, i, (camera.position[0], camera.position[1], camera.position[2]))
-        store(paths.direction, i, direction)
-        store(paths.throughput, i, (F(1), F(1), F(1)))
-        paths.pdf[i] = F(0)
-        paths.key[i] = key
-        paths.path[i] = path
+def _filtered(lens, u):
+    """Offset from the pixel's centre, distributed as the filter, so that every sample counts the same."""
+    cells = lens.filter.shape[1]
+    cell = pick(lens.filter, 0, cells, u)
+    below = lens.filter[0, cell - 1] if cell > 0 else F(0)
+    inside = (u - below) / (lens.filter[0, cell] - below)
+    return ((F(cell) + inside) / F(cells) - F(0.5)) * lens.filter_width
+
+
+@kernel
+def _aperture(lens, u, v):
+    """A point on the aperture of radius 1: a disc, or a regular polygon of as many corners as there are blades."""
+    if lens.blades < 3:
+        r, phi = math.sqrt(u), TWO_PI * v
+        return r * math.cos(phi), r * math.sin(phi)
+    # A triangle between the centre and two neighbouring corners.
+    corner = np.floor(u * F(lens.blades))
+    u = u * F(lens.blades) - corner
+    r = math.sqrt(u)
+    step = TWO_PI / F(lens.blades)
+    a, b = F(1) - r, v * r  # barycentric: centre, second corner
+    c = F(1) - a - b
+    first, second = lens.blade_rotation + corner * step, lens.blade_rotation + (corner + F(1)) * step
+    return b * math.cos(second) + c * math.cos(first), b * math.sin(second) + c * math.sin(first)
+
+
+@kernel
+def _to_world(lens, p):
+    a = lens.axes
+    return (
+        a[0, 0] * p[0] + a[1, 0] * p[1] + a[2, 0] * p[2],
+        a[0, 1] * p[0] + a[1, 1] * p[1] + a[2, 1] * p[2],
+        a[0, 2] * p[0] + a[1, 2] * p[1] + a[2, 2] * p[2],
+    )
+
+
+@kernel
+def camera_ray(lens, px, py, u, v, lens_u, lens_v):
+    """A ray through pixel (px, py): origin, unit direction, and its first and last distance."""
+    x = lens.corner[0] + (F(px) + F(0.5) + _filtered(lens, u)) * lens.pixel[0]
+    y = lens.corner[1] + (F(py) + F(0.5) + _filtered(lens, v)) * lens.pixel[1]
+    position = (lens.axes[3, 0], lens.axes[3, 1], lens.axes[3, 2])
+    if lens.kind == PANORAMA:
+        direction = (math.sin(x) * math.cos(y), math.sin(y), -math.cos(x) * math.cos(y))
+        return position, _to_world(lens, direction), lens.near, lens.far
+    start, direction = (F(0), F(0), F(0)), (x, y, F(-1))
+    if lens.kind == ORTHOGRAPHIC:
+        start, direction = (x, y, F(0)), (F(0), F(0), F(-1))
+    if lens.aperture > F(0):
+        sharp = add(start, scale(direction, lens.focus))
+        a, b = _aperture(lens, lens_u, lens_v)
+        start = add(start, (a * lens.aperture / lens.aperture_ratio, b * lens.aperture, F(0)))
+        direction = subtract(sharp, start)
+    direction = normalize(direction)
+    along = F(-1) / direction[2]
+    return add(position, _to_world(lens, start)), _to_world(lens, direction), lens.near * along, lens.far * along

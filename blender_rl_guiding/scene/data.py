@@ -1,15 +1,12 @@
-"""The scene bundle: one .npz of arrays and a JSON header, the interface between Blender and the renderer.
+"""The scene in arrays, as it is exported and rendered: `SceneData`, its key, and what makes a scene impossible to render.
 
-Needs nothing but numpy, because the add-on writes bundles inside Blender's own Python (3.11 or newer).
+Needs nothing but numpy, because the add-on makes these inside Blender's own Python (3.11 or newer).
 World space is Blender's: right-handed, z up, metres.
 """
 
 import hashlib
 import json
-import operator
-import tokenize
-import zipfile
-import zlib
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,43 +14,40 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, atomic
+from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value
 
-VERSION = 1
+TABLE_SIZE = 256
 _BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
-_ARRAYS = {"vertices": (np.float32, (3,)), "triangles": (np.int32, (3,)), "normals": (np.float32, (3, 3)), "material": (np.int32, ())}
-# What numpy, zipfile and json raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
-_DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
-_DAMAGE += (LookupError, RuntimeError, TypeError, ValueError)
+_FILTERS, _CAMERAS, _LAMPS = ("box", "gaussian", "blackman_harris"), ("perspective", "orthographic", "panorama"), ("point", "spot", "sun", "area")
+
+# Every array: type, shape (None: any length) and what it is when a scene has none of it.
+ARRAYS: dict[str, tuple[type, tuple[int | None, ...]]] = {
+    "vertices": (np.float32, (None, 3)),
+    "triangles": (np.int32, (None, 3)),
+    "normals": (np.float32, (None, 3, 3)),
+    "material": (np.int32, (None,)),
+    "object": (np.int32, (None,)),
+    "visibility": (np.uint8, (None,)),
+    "attributes": (np.float32, (None, 3, 3)),
+    "attribute_rows": (np.int64, (None, None)),
+    "object_attributes": (np.float32, (None, None, 3)),
+    "tables": (np.float32, (None, TABLE_SIZE, 4)),
+}
+
+
+def _none(name: str) -> Any:
+    """A field for an array that is empty unless given."""
+    dtype, shape = ARRAYS[name]
+    return field(default_factory=lambda: np.zeros([length or 0 for length in shape], dtype))
 
 
 @dataclass(frozen=True)
-class Material:
-    """A diffuse reflector that may emit, on both sides alike, as Cycles' mesh lights do."""
+class Texture:
+    """An image for shaders. 8-bit texels are stored codes."""
 
     name: str
-    base_color: tuple[float, float, float]  # albedo, linear RGB, 0..1
-    emission: tuple[float, float, float]  # radiance, linear RGB, W / (m^2 sr)
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A pinhole. Looks along -z of `to_world` with +y up, as Blender's cameras do; pixel (0, 0) is at the top left."""
-
-    to_world: tuple[tuple[float, ...], ...]  # 4 x 4, rows; the upper 3 x 3 is a rotation
-    tan_x: float  # half the film's width at distance 1
-    tan_y: float  # half the film's height at distance 1
-    width: int  # pixels
-    height: int
-
-
-@dataclass(frozen=True)
-class Loss:
-    """One thing of the scene that the bundle could not take over: a line of the coverage report."""
-
-    object: str  # name of the object, or of the world or scene
-    where: str  # "material 'Glass', node 'Glass BSDF'"; empty for the object as a whole
-    detail: str  # what is lost, and what stands in its place
+    srgb: bool  # whether 8-bit colours have to be decoded; alpha never has
+    texels: np.ndarray = field(compare=False)  # (H, W, 4) uint8 or float32, RGBA, not premultiplied, top row first
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,18 +56,30 @@ class SceneData:
 
     name: str
     vertices: np.ndarray  # (V, 3) float32, world space
-    triangles: np.ndarray  # (T, 3) int32, indices of vertices
+    triangles: np.ndarray  # (T, 3) int32, indices of vertices; those of an object follow each other
     normals: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
-    material: np.ndarray  # (T,) int32, index of materials
-    materials: tuple[Material, ...]
+    material: np.ndarray  # (T,) int32, index of shaders
+    object: np.ndarray  # (T,) int32, index of the instance that a triangle belongs to; never falls
+    shaders: tuple[Shader, ...]
     camera: Camera
-    world: tuple[float, float, float]  # constant radiance of the surroundings, linear RGB
-    max_bounces: int  # scattering events of the longest path, as the .blend asks for
-    coverage: tuple[Loss, ...] = field(default=())
+    world: Shader = Shader("")
+    lamps: tuple[Lamp, ...] = ()
+    film: Film = Film()
+    bounces: Bounces = Bounces()
+    visibility: np.ndarray = field(default_factory=lambda: np.full(1, VISIBLE, np.uint8))  # (O,) sum of the kinds of rays that see an object
+    # What attribute k has at the corners of the t-th triangle of object o: attributes[attribute_rows[k, o] + t]
+    attributes: np.ndarray = _none("attributes")  # (N, 3, 3) float32, three numbers at each corner of a triangle
+    attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object does not have the attribute: it is 0 there
+    object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, what is the same all over an object
+    tables: np.ndarray = _none("tables")  # (R, 256, 4) float32, colour ramps and curves over 0..1
+    textures: tuple[Texture, ...] = ()
+    coverage: tuple[Loss, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in _ARRAYS:
+        for name in ARRAYS:
             getattr(self, name).setflags(write=False)
+        for texture in self.textures:
+            texture.texels.setflags(write=False)
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -83,99 +89,56 @@ class SceneData:
     @cached_property
     def key(self) -> str:
         """SHA-256 of all that the image depends on; names and the coverage report are left out."""
-        header = _header(self)
-        shown = {k: header[k] for k in ("version", "camera", "world", "max_bounces")}
-        shown["materials"] = [[m.base_color, m.emission] for m in self.materials]
+        header = self.header()
+        for part in (*header["shaders"], header["world"], *header["lamps"], *header["textures"]):
+            del part["name"]
+        shown = {k: v for k, v in header.items() if k not in ("name", "coverage")}
         digest = hashlib.sha256(json.dumps(shown, sort_keys=True).encode())
-        for name in _ARRAYS:
-            digest.update(np.ascontiguousarray(getattr(self, name)).tobytes())
+        for array in (*(getattr(self, name) for name in ARRAYS), *(t.texels for t in self.textures)):
+            digest.update(repr(array.shape).encode())
+            digest.update(np.ascontiguousarray(array).data)
         return digest.hexdigest()
 
-
-def _header(scene: SceneData) -> dict[str, Any]:
-    return {
-        "version": VERSION,
-        "name": scene.name,
-        "materials": [asdict(m) for m in scene.materials],
-        "camera": asdict(scene.camera),
-        "world": scene.world,
-        "max_bounces": scene.max_bounces,
-        "coverage": [asdict(loss) for loss in scene.coverage],
-    }
-
-
-def save(scene: SceneData, path: Path) -> None:
-    """Write the bundle under a temporary name, then rename. InputError where the place cannot be written."""
-    arrays = {name: getattr(scene, name) for name in _ARRAYS}
-    with atomic(path) as part, part.open("wb") as file:
-        np.savez(file, header=np.array(json.dumps(_header(scene))), **arrays)
-
-
-def load(path: Path) -> SceneData:
-    """Read and check a bundle. InputError names what is wrong with it in one line."""
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:  # numpy forgets to close what it cannot read
-            header = json.loads(str(file["header"]))
-            arrays = {name: file[name] for name in _ARRAYS}
-        if header["version"] != VERSION:
-            raise InputError(f"{path}: bundle version {header['version']}, but this program reads version {VERSION}: export it again")
-        scene = _from_header(header, arrays)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except _DAMAGE as error:
-        raise InputError(f"{path}: not a scene bundle, or damaged ({_one_line(error)})") from error
-    if fault := find_fault(scene):
-        raise InputError(f"{path}: {fault}")
-    return scene
-
-
-def _from_header(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneData:
-    for name, (dtype, shape) in _ARRAYS.items():
-        if arrays[name].dtype != dtype or not arrays[name].ndim or arrays[name].shape[1:] != shape:
-            raise ValueError(f"{name} is {arrays[name].dtype}{arrays[name].shape}")
-    camera = header["camera"]
-    return SceneData(
-        name=str(header["name"]),
-        materials=tuple(Material(str(m["name"]), _rgb(m["base_color"]), _rgb(m["emission"])) for m in header["materials"]),
-        camera=Camera(
-            to_world=tuple(map(tuple, np.array(camera["to_world"], np.float64).tolist())),
-            tan_x=float(camera["tan_x"]),
-            tan_y=float(camera["tan_y"]),
-            width=operator.index(camera["width"]),
-            height=operator.index(camera["height"]),
-        ),
-        world=_rgb(header["world"]),
-        max_bounces=operator.index(header["max_bounces"]),
-        coverage=tuple(Loss(**loss) for loss in header["coverage"]),
-        **arrays,
-    )
-
-
-def _rgb(values: Any) -> tuple[float, float, float]:
-    r, g, b = map(float, values)
-    return r, g, b
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    def header(self) -> dict[str, Any]:
+        """All that is not an array, as plain data for JSON."""
+        return {
+            "name": self.name,
+            "shaders": [asdict(s) for s in self.shaders],
+            "camera": asdict(self.camera),
+            "world": asdict(self.world),
+            "lamps": [asdict(lamp) for lamp in self.lamps],
+            "film": asdict(self.film),
+            "bounces": asdict(self.bounces),
+            "textures": [{"name": t.name, "srgb": t.srgb} for t in self.textures],
+            "coverage": [asdict(loss) for loss in self.coverage],
+        }
 
 
 def find_fault(scene: SceneData) -> str:
     """The first thing that makes a scene impossible to render, in one line; empty if there is none."""
-    triangles, materials = scene.triangles, len(scene.materials)
+    triangles, shaders = scene.triangles, len(scene.shaders)
     if not len(triangles):
         return "the scene is empty: no triangles"
     if triangles.min() < 0 or triangles.max() >= len(scene.vertices):
         return f"triangles point to vertices {triangles.min()}..{triangles.max()}, but there are {len(scene.vertices)}"
-    if len(scene.material) != len(triangles) or len(scene.normals) != len(triangles):
-        return f"{len(triangles)} triangles, but {len(scene.material)} material indices and {len(scene.normals)} normals"
-    if scene.material.min() < 0 or scene.material.max() >= materials:
-        return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {materials}"
-    if fault := _find_bad_triangle(scene) or _find_bad_description(scene):
-        return fault
-    lit = any(any(scene.materials[m].emission) for m in np.unique(scene.material))
-    if not lit and not any(scene.world):
-        return "the scene has no light: no emitting surface, and the world is black"
+    for name in ("material", "object", "normals"):
+        if len(getattr(scene, name)) != len(triangles):
+            return f"{len(triangles)} triangles, but {len(getattr(scene, name))} in {name}"
+    if scene.material.min() < 0 or scene.material.max() >= shaders:
+        return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {shaders}"
+    return _find_bad_object(scene) or _find_bad_triangle(scene) or _find_bad_description(scene) or _find_bad_shader(scene) or _find_darkness(scene)
+
+
+def _find_bad_object(scene: SceneData) -> str:
+    objects = len(scene.visibility)
+    if scene.object.min() < 0 or scene.object.max() >= objects or (np.diff(scene.object) < 0).any():
+        return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {objects}, which must never fall"
+    counts = np.bincount(scene.object, minlength=objects)
+    rows = scene.attribute_rows
+    if scene.object_attributes.shape[0] and scene.object_attributes.shape[1] != objects:
+        return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
+    if rows.shape[0] and (rows.shape[1] != objects or rows.min() < -1 or (np.where(rows < 0, 0, rows + counts) > len(scene.attributes)).any()):
+        return f"attribute_rows {rows.shape} do not fit {objects} objects and {len(scene.attributes)} rows of attributes"
     return ""
 
 
@@ -195,12 +158,55 @@ def _find_bad_triangle(scene: SceneData) -> str:
 def _find_bad_description(scene: SceneData) -> str:
     if not scene.name or scene.name != Path(scene.name).name:
         return f"the name {scene.name!r} is not one that a folder can have"
-    for m in scene.materials:
-        if not np.isfinite(m.base_color + m.emission).all() or min(m.base_color + m.emission) < 0 or max(m.base_color) > 1:
-            return f"material {m.name!r} has base_color {m.base_color} and emission {m.emission}: must be finite, >= 0, base_color <= 1"
-    c = scene.camera
-    if np.shape(c.to_world) != (4, 4) or not np.isfinite(c.to_world).all() or not (0 < c.tan_x < np.inf and 0 < c.tan_y < np.inf):
-        return f"the camera is not a pinhole: to_world {c.to_world}, tan_x {c.tan_x}, tan_y {c.tan_y}"
-    if not (0 < c.width <= 65536 and 0 < c.height <= 65536) or not np.isfinite(scene.world).all() or min(scene.world) < 0:
-        return f"resolution {c.width} x {c.height} or world {scene.world} is out of range"
-    return "" if scene.max_bounces >= 0 else f"max_bounces {scene.max_bounces} is negative"
+    camera, film, window = scene.camera, scene.film, scene.camera.window
+    if camera.kind not in _CAMERAS or film.filter not in _FILTERS:
+        return f"the camera is {camera.kind!r} and the filter {film.filter!r}, but there are {_CAMERAS} and {_FILTERS}"
+    if np.shape(camera.to_world) != (4, 4) or not np.isfinite([*np.ravel(camera.to_world), *window]).all():
+        return f"the camera has to_world {camera.to_world} and window {window}"
+    if not (window[0] < window[1] and window[2] < window[3] and 0 <= camera.near < camera.far and camera.focus > 0 and camera.aperture >= 0):
+        return f"the camera cannot see: {camera}"
+    if not (0 < camera.width <= 65536 and 0 < camera.height <= 65536):
+        return f"resolution {camera.width} x {camera.height} is out of range"
+    if negative := [name for name, value in asdict(scene.bounces).items() if value < 0]:
+        return f"bounces: {negative[0]} is negative"
+    for lamp in scene.lamps:
+        numbers = (*np.ravel(lamp.to_world), *lamp.emission, lamp.radius, lamp.cone, lamp.blend, lamp.width, lamp.height, lamp.spread)
+        if lamp.kind not in _LAMPS or np.shape(lamp.to_world) != (4, 4) or not np.isfinite(numbers).all():
+            return f"lamp {lamp.name!r} is not one: {lamp}"
+    return ""
+
+
+def _find_bad_shader(scene: SceneData) -> str:
+    for shader in (*scene.shaders, scene.world):
+        for k, instruction in enumerate(shader.code):
+            if any(isinstance(value, Node) and not 0 <= value.index < k for value in instruction.inputs):
+                return f"shader {shader.name!r}: step {k}, {instruction.op}, reads a value that is not computed before it"
+        for value in (v for closure in shader.closures for v in _values(closure)):
+            if isinstance(value, Node) and not 0 <= value.index < len(shader.code):
+                return f"shader {shader.name!r}: a closure reads step {value.index} of {len(shader.code)}"
+        constants = [v for part in (*shader.code, *shader.closures) for v in _values(part) if not isinstance(v, Node)]
+        if bad := [v for v in constants if not np.isfinite(v).all()]:
+            return f"shader {shader.name!r} has the value {bad[0]}, which is not finite"
+    return ""
+
+
+def _values(part: Any) -> Iterator[Value]:
+    yield from (part.weight, *part.inputs.values()) if isinstance(part, Closure) else part.inputs
+
+
+def _find_darkness(scene: SceneData) -> str:
+    used = [scene.shaders[m] for m in np.unique(scene.material)]
+    if scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures):
+        return ""
+    return "the scene has no light: no lamp, no emitting surface, and the world is black"
+
+
+def emits(closure: Closure) -> bool:
+    """Whether a closure may emit."""
+    if closure.kind == "emission":
+        parts = (closure.weight, closure.inputs.get("color", 1.0), closure.inputs.get("strength", 1.0))
+    elif closure.kind == "principled":
+        parts = (closure.weight, closure.inputs.get("emission_color", 1.0), closure.inputs.get("emission_strength", 0.0))
+    else:
+        return False
+    return all(isinstance(part, Node) or np.any(part) for part in parts)

@@ -67,13 +67,20 @@ def run(scene: bpy.types.Scene, exported: list) -> Export:
 @pytest.fixture
 def new_material(scene: bpy.types.Scene) -> Callable[[str], bpy.types.Material]:
     """Makes materials whose node tree is an output alone."""
+    return _new_material
 
-    def make(name: str) -> bpy.types.Material:
-        material = bpy.data.materials.new(name)
-        if bpy.app.version < (5, 0):
-            material.use_nodes = True
-        material.node_tree.nodes.clear()
-        material.node_tree.nodes.new("ShaderNodeOutputMaterial")
-        return material
 
-    return make
+@pytest.fixture
+def paint() -> Iterator[bpy.types.Material]:
+    """One such material in whatever file is open: most tests of materials need no scene, which takes longer to make than they do."""
+    yield _new_material("Paint")
+    bpy.data.batch_remove([*bpy.data.materials, *bpy.data.images, *bpy.data.node_groups])
+
+
+def _new_material(name: str) -> bpy.types.Material:
+    material = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True
+    material.node_tree.nodes.clear()
+    material.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    return material

@@ -95,7 +95,14 @@ def test_particle_instances_are_exported_without_their_hidden_emitter(run: Expor
     assert len(run().triangles) == 12 * 6 + 2
 
 
-@pytest.mark.parametrize("add", [bpy.ops.object.text_add, bpy.ops.object.metaball_add, bpy.ops.surface.primitive_nurbs_surface_torus_add])
+def add_tube() -> None:
+    bpy.ops.curve.primitive_bezier_circle_add()
+    bpy.context.object.data.bevel_depth = 0.1
+
+
+@pytest.mark.parametrize(
+    "add", [bpy.ops.object.text_add, bpy.ops.object.metaball_add, bpy.ops.surface.primitive_nurbs_surface_torus_add, add_tube]
+)
 def test_other_objects_with_a_surface_are_exported_once(run: Export, add: Callable):
     add()
     scene = run()
@@ -162,10 +169,8 @@ def test_each_face_has_the_material_of_its_slot(run: Export, diffuse: Callable):
         thing.data.materials.append(diffuse(f"{value}", value))
     thing.data.polygons[2].material_index = 1
     scene = run()
-    assert [m.name for m in scene.materials] == ["0.1", "0.2"]  # no face has the third
-    colors = np.array([m.base_color[0] for m in scene.materials])[scene.material]
-    assert np.isclose(colors, 0.2).sum() == 2
-    assert np.isclose(colors, 0.1).sum() == 10
+    assert [shader.name for shader in scene.shaders] == ["0.1", "0.2"]  # no face has the third
+    assert np.bincount(scene.material).tolist() == [10, 2]
 
 
 def test_materials_linked_to_the_object_win(run: Export, diffuse: Callable):
@@ -175,20 +180,15 @@ def test_materials_linked_to_the_object_win(run: Export, diffuse: Callable):
     second.material_slots[0].link = "OBJECT"
     second.material_slots[0].material = diffuse("object", 0.2)
     scene = run()
-    of = {m.name: scene.vertices[scene.triangles[scene.material == i]].mean(axis=(0, 1))[0] for i, m in enumerate(scene.materials)}
+    of = {m.name: scene.vertices[scene.triangles[scene.material == i]].mean(axis=(0, 1))[0] for i, m in enumerate(scene.shaders)}
     assert of == pytest.approx({"mesh": 0, "object": 5})
-
-
-def test_no_material_is_grey(run: Export):
-    cube()
-    assert [m.base_color for m in run().materials] == [(0.8, 0.8, 0.8)]
 
 
 def test_an_index_beyond_the_slots_takes_the_last(run: Export, diffuse: Callable):
     thing = cube()
     thing.data.materials.append(diffuse("only", 0.1))
     thing.data.polygons[0].material_index = 7
-    assert [m.name for m in run().materials] == ["only"]
+    assert [shader.name for shader in run().shaders] == ["only"]
 
 
 def test_loose_vertices_do_not_widen_the_scene(run: Export):
@@ -224,3 +224,46 @@ def test_a_flattened_object_has_normals_still(run: Export):
     scene = run()
     assert len(scene.triangles) == 4
     assert np.allclose(np.abs(scene.normals), (0, 0, 1))
+
+
+def test_the_triangles_of_an_object_follow_each_other(run: Export):
+    duplicate(cube(), location=(5, 0, 0))
+    scene = run()
+    assert scene.object.tolist() == [0] * 12 + [1] * 12
+    assert len(scene.visibility) == 2
+    middles = [scene.vertices[scene.triangles[scene.object == i]].mean(axis=(0, 1))[0] for i in range(2)]
+    assert sorted(middles) == pytest.approx([0, 5])
+
+
+def test_a_family_of_metaballs_is_one_mesh(run: Export):
+    bpy.ops.object.metaball_add(location=(0, 0, 0))
+    one = run()
+    bpy.ops.object.metaball_add(location=(0.5, 0, 0))
+    both = run()
+    assert len(both.visibility) == 1
+    assert both.bounds[1][0] > one.bounds[1][0]
+
+
+def test_instances_of_geometry_nodes(run: Export):
+    group = bpy.data.node_groups.new("Grid of cubes", "GeometryNodeTree")
+    group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    grid, box, spread, end = (
+        group.nodes.new(kind)
+        for kind in ("GeometryNodeMeshGrid", "GeometryNodeMeshCube", "GeometryNodeInstanceOnPoints", "NodeGroupOutput")
+    )
+    group.links.new(grid.outputs["Mesh"], spread.inputs["Points"])
+    group.links.new(box.outputs["Mesh"], spread.inputs["Instance"])
+    group.links.new(spread.outputs["Instances"], end.inputs["Geometry"])
+    grid.inputs["Vertices X"].default_value, grid.inputs["Vertices Y"].default_value = 2, 3
+    cube().modifiers.new("Nodes", "NODES").node_group = group
+    scene = run()
+    assert len(scene.visibility) == 6
+    assert len(scene.triangles) == 6 * 12
+
+
+def test_instances_on_vertices(run: Export):
+    child = cube("Child")
+    bpy.ops.mesh.primitive_plane_add(size=10)
+    parent = bpy.context.object
+    parent.instance_type, child.parent = "VERTS", parent
+    assert len(run().visibility) == 5  # the plane and a cube at each of its vertices; what is instanced does not show itself

@@ -12,7 +12,8 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene import blend
-from blender_rl_guiding.scene.data import Loss, load
+from blender_rl_guiding.scene.bundle import load
+from blender_rl_guiding.scene.description import Closure, Loss
 
 ROOT = Path(__file__).resolve().parents[2]
 C1 = ROOT / "scenes" / "c1.blend"
@@ -24,8 +25,8 @@ BUILD = """
 import bpy, sys
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.mesh.primitive_plane_add()
-bpy.ops.object.light_add(type="POINT")
 scene = bpy.context.scene
+scene.collection.objects.link(bpy.data.objects.new("Fog", bpy.data.volumes.new("Fog")))
 scene.world = bpy.data.worlds.new("World")
 text = bpy.data.texts.new("autorun.py")
 text.use_module = True
@@ -33,13 +34,13 @@ text.write(f"open({sys.argv[1] + '/ran'!r}, 'w')")
 bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1] + "/no camera.blend")
 bpy.ops.object.camera_add()
 scene.camera = bpy.context.object
-bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1] + "/lamp.blend")
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1] + "/fog.blend")
 """
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with lamp.blend, a plane, a lamp and a script that wants to run, and the same without a camera."""
+    """A folder with fog.blend, a plane, a volume and a script that wants to run, and the same without a camera."""
     folder = tmp_path_factory.mktemp("files")
     subprocess.run([sys.executable, "-c", BUILD, str(folder)], check=True, capture_output=True)
     return folder
@@ -62,10 +63,13 @@ def script(path: Path, text: str) -> Path:
 
 def test_c1_is_exported_whole(c1: Path):
     scene = load(c1)
-    assert (scene.name, scene.max_bounces, scene.world) == ("c1", 10, (0, 0, 0))
+    assert (scene.name, scene.bounces.total, scene.world.closures) == ("c1", 10, ())
     assert (scene.camera.width, scene.camera.height) == (250, 250)
     assert len(scene.triangles) == 3 * 128 * 126 + 8 * 2
-    assert [m.emission for m in scene.materials if any(m.emission)] == [(8, 8, 8)]
+    assert [c for s in scene.shaders for c in s.closures if c.kind == "emission"] == [
+        Closure("emission", 1.0, {"color": (1.0, 1.0, 1.0), "strength": 8.0})
+    ]
+    assert scene.coverage == ()
     assert [p.name for p in c1.parent.iterdir()] == ["c1.npz"]
 
 
@@ -79,13 +83,13 @@ def test_module_and_executable_give_the_same_scene(c1: Path, tmp_path: Path):
 @needs_executable
 @pytest.mark.blender
 def test_the_executable_reports_coverage_and_damage(tmp_path: Path, files: Path):
-    losses = blend.export(files / "lamp.blend", tmp_path / "lit.npz", blender=EXECUTABLE)
-    assert [loss.object for loss in losses] == ["Point"]
+    losses = blend.export(files / "fog.blend", tmp_path / "foggy.npz", blender=EXECUTABLE)
+    assert [loss.object for loss in losses] == ["Fog"]
     damaged = tmp_path / "damaged.blend"
     damaged.write_bytes(C1.read_bytes()[:100_000])
     with pytest.raises(InputError, match=r"cannot open .*damaged\.blend, it may be damaged: "):
         blend.export(damaged, tmp_path / "damaged.npz", blender=EXECUTABLE)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["damaged.blend", "lit.npz"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["damaged.blend", "foggy.npz"]
 
 
 @needs_executable
@@ -102,17 +106,17 @@ def test_the_extension_is_valid(tmp_path: Path):
 
 
 def test_coverage_is_returned_and_kept_in_the_bundle(tmp_path: Path, files: Path):
-    expected = (Loss("Point", "", "point lamp is left out: lamps are not supported yet"),)
-    assert blend.export(files / "lamp.blend", tmp_path / "lit.npz") == expected
-    assert load(tmp_path / "lit.npz").coverage == expected
+    expected = (Loss("Fog", "", "volume is left out"),)
+    assert blend.export(files / "fog.blend", tmp_path / "foggy.npz") == expected
+    assert load(tmp_path / "foggy.npz").coverage == expected
     assert not (files / "ran").exists(), "a script inside the .blend was run"
 
 
 def test_strict_refuses_and_leaves_the_old_bundle(tmp_path: Path, files: Path):
-    bundle = tmp_path / "lit.npz"
+    bundle = tmp_path / "foggy.npz"
     bundle.write_bytes(b"old")
-    with pytest.raises(InputError, match=r"^lamp\.blend: 1 thing\(s\) cannot be exported, the first: 'Point': point lamp is left out"):
-        blend.export(files / "lamp.blend", bundle, strict=True)
+    with pytest.raises(InputError, match=r"^fog\.blend: 1 thing\(s\) cannot be exported, the first: 'Fog': volume is left out"):
+        blend.export(files / "fog.blend", bundle, strict=True)
     assert [p.read_bytes() for p in tmp_path.iterdir()] == [b"old"]
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.scene.data import save
+from blender_rl_guiding.scene.bundle import save
 from tests import scenes
 
 ROOT = Path(__file__).resolve().parents[2]

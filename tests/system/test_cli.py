@@ -10,7 +10,7 @@ import pytest
 from blender_rl_guiding import cli
 from blender_rl_guiding.experiments.results import COLUMNS
 from blender_rl_guiding.images import read_exr, write_exr
-from blender_rl_guiding.scene.data import load, save
+from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.schema import from_dict, to_dict
 from blender_rl_guiding.settings import DQN, Render
 from tests import scenes

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.render import Result, render
-from blender_rl_guiding.scene.data import save
+from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
 from tests import scenes
@@ -33,7 +33,7 @@ import hashlib, sys, json
 from pathlib import Path
 from blender_rl_guiding import schema
 from blender_rl_guiding.render import render
-from blender_rl_guiding.scene.data import load
+from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.settings import Machine, Render
 result = render(load(Path(sys.argv[1])), schema.from_dict(Render, json.loads(sys.argv[2])), Machine(threads=2, batch=5000))
 print(hashlib.sha256(result.image.tobytes()).hexdigest())

@@ -8,7 +8,8 @@ import pytest
 
 from blender_rl_guiding.images import read_exr
 from blender_rl_guiding.render import render
-from blender_rl_guiding.scene.data import SceneData, load, save
+from blender_rl_guiding.scene.bundle import load, save
+from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
 from tests import scenes
 

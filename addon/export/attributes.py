@@ -1,0 +1,193 @@
+"""What shaders read at the corners of triangles: UV maps, coordinates, colours, tangents."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from .geometry import Mesh, Triangles, apply, arranged, corner_vertices, loop_triangles, read_array, triangle_faces, unit
+from .tangents import tangents
+
+# How the values of each type of attribute that Cycles reads are called, and how many there are. Colours are linear that way.
+_TYPES: dict[str, tuple[str, tuple[int, ...]]] = {
+    "FLOAT": ("value", ()),
+    "INT": ("value", ()),
+    "INT8": ("value", ()),
+    "BOOLEAN": ("value", ()),
+    "FLOAT2": ("vector", (2,)),
+    "FLOAT_VECTOR": ("vector", (3,)),
+    "FLOAT_COLOR": ("color", (4,)),
+    "BYTE_COLOR": ("color", (4,)),
+    "QUATERNION": ("value", (4,)),
+}
+
+
+class Placed(NamedTuple):
+    """An instance of a mesh, in all its forms."""
+
+    data: bpy.types.Mesh
+    mesh: Mesh
+    triangles: Triangles
+    matrix: np.ndarray  # (4, 4) float64, to world space
+    depsgraph: bpy.types.Depsgraph  # where other objects are
+    tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]]  # of meshes and UV maps so far, in the meshes' own space
+
+
+class Attributes:
+    """The corner attributes of a scene, growing object by object."""
+
+    def __init__(self) -> None:
+        self._blocks: list[np.ndarray] = [np.zeros((0, 3, 3), np.float32)]
+        self._count = 0
+        self._rows: dict[tuple[int, int], int] = {}  # of attribute and object
+        self._shared: dict[tuple, int] = {}  # of what instances of one mesh have in common
+
+    def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> None:
+        """Attribute `number`, named as in `Resources`, of object `owner`; nothing where the mesh has no such thing."""
+        name = (placed.data.as_pointer(), key, placed.triangles.mirrored)
+        shared = placed.triangles.kept is None and not _depends_on_place(key)
+        if shared and name in self._shared:
+            self._rows[number, owner] = self._shared[name]
+        elif (values := read(key, placed)) is not None:
+            self._rows[number, owner] = self._shared[name] = self._count
+            self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
+            self._count += len(self._blocks[-1])
+
+    def arrays(self, attributes: int, objects: int) -> tuple[np.ndarray, np.ndarray]:
+        """What `SceneData` calls attributes and attribute_rows."""
+        rows = np.full((attributes, objects), -1, np.int64)
+        for place, row in self._rows.items():
+            rows[place] = row
+        return np.concatenate(self._blocks), rows
+
+
+def read(key: tuple[str, str], placed: Placed) -> np.ndarray | None:
+    """(T, 3, 3) float32 at the corners of the triangles of the mesh, as it keeps them; None if it has no such thing."""
+    kind, name = key
+    return _READERS[kind](placed, name)
+
+
+def _depends_on_place(key: tuple[str, str]) -> bool:
+    """Whether instances of one mesh have different values."""
+    kind, name = key
+    return kind in ("TANGENT", "RADIAL") or (kind == "OBJECT" and name != "")
+
+
+def _uv(placed: Placed, name: str) -> np.ndarray | None:
+    mesh = placed.data
+    name = name or next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
+    return _attribute(placed, name) if name in mesh.uv_layers else None
+
+
+def _generated(placed: Placed, name: str) -> np.ndarray:
+    """0 to 1 across the box that the mesh would fill without deformations, or the one that the user has set in its place."""
+    mesh = placed.data
+    points = read_array(mesh.vertices, "undeformed_co", (3,), np.float32)
+    size = np.array(mesh.texspace_size)
+    scale = np.where(size, 0.5 / np.where(size, size, 1), 0)
+    return apply(np.diag(scale), points, 0.5 - np.array(mesh.texspace_location) * scale)[_vertices(mesh)]
+
+
+def _object(placed: Placed, name: str) -> np.ndarray | None:
+    points = placed.mesh.vertices
+    if name:
+        other = bpy.data.objects.get(name)
+        if other is None:
+            return None
+        to_other = np.linalg.pinv(np.array(other.evaluated_get(placed.depsgraph).matrix_world, np.float64)) @ placed.matrix
+        points = apply(to_other[:3, :3], points, to_other[:3, 3])
+    return points[placed.mesh.corners]
+
+
+def _radial(placed: Placed, name: str) -> np.ndarray:
+    """Around an axis through the middle of the texture space, and around y the other way, as in Cycles."""
+    axis = np.diag((1.0, -1.0, 1.0))["XYZ".index(name)]
+    around = np.cross(axis, _generated(placed, "").reshape(-1, 3) - np.float32(0.5))
+    return apply(np.linalg.pinv(placed.matrix[:3, :3]).T, around).reshape(-1, 3, 3)
+
+
+def _object_normal(placed: Placed, name: str) -> np.ndarray:
+    return placed.mesh.normals[placed.mesh.normal]
+
+
+def _attribute(placed: Placed, name: str) -> np.ndarray | None:
+    return _at_corners(placed.data, name, _triples)
+
+
+def _alpha(placed: Placed, name: str) -> np.ndarray | None:
+    return _at_corners(placed.data, name, _alphas)
+
+
+def _tangent(placed: Placed, name: str) -> np.ndarray | None:
+    both = _tangents(placed, name)
+    return None if both is None else unit(apply(placed.matrix[:3, :3], both[0].reshape(-1, 3))).reshape(-1, 3, 3)
+
+
+def _tangent_sign(placed: Placed, name: str) -> np.ndarray | None:
+    """In a mirrored object cross products point the other way in the world than in its own space."""
+    both = _tangents(placed, name)
+    if both is None:
+        return None
+    sign = -both[1] if placed.triangles.mirrored else both[1]
+    return np.broadcast_to(sign[:, None, None], (len(sign), 3, 3))
+
+
+_READERS: dict[str, Callable[[Placed, str], np.ndarray | None]] = {
+    "UV": _uv,
+    "GENERATED": _generated,
+    "OBJECT": _object,
+    "OBJECT_NORMAL": _object_normal,
+    "RADIAL": _radial,
+    "ATTRIBUTE": _attribute,
+    "ATTRIBUTE_ALPHA": _alpha,
+    "TANGENT": _tangent,
+    "TANGENT_SIGN": _tangent_sign,
+}
+
+
+def _tangents(placed: Placed, name: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Tangents (T, 3, 3) and signs (T,)."""
+    key, mesh = (placed.data.as_pointer(), name), placed.mesh
+    if key not in placed.tangents and (uvs := _uv(placed, name)) is not None:
+        placed.tangents[key] = tangents(mesh.vertices[mesh.corners], mesh.normals[mesh.normal], uvs[..., :2])
+    return placed.tangents.get(key)
+
+
+def _vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(T, 3), the vertices of the triangles, in the numbers of Blender: `Mesh.corners` leaves out loose ones."""
+    return corner_vertices(mesh)[loop_triangles(mesh)]
+
+
+def _at_corners(mesh: bpy.types.Mesh, name: str, form: Callable[[np.ndarray], np.ndarray]) -> np.ndarray | None:
+    """(T, 3, 3), an attribute in one of the forms below; the name "" is the colour attribute for rendering."""
+    attribute = mesh.attributes.get(name or mesh.attributes.default_color_name or "")
+    if attribute is None or attribute.data_type not in _TYPES:
+        return None
+    field, shape = _TYPES[attribute.data_type]
+    values = form(read_array(attribute.data, field, shape, np.float32).reshape(len(attribute.data), -1))
+    if attribute.domain == "CORNER":
+        return values[loop_triangles(mesh)]
+    if attribute.domain == "FACE":
+        return np.repeat(values[triangle_faces(mesh), None], 3, axis=1)
+    return (_of_vertices(mesh, values) if attribute.domain == "EDGE" else values)[_vertices(mesh)]
+
+
+def _triples(values: np.ndarray) -> np.ndarray:
+    """(N, 3) from (N, n): one number thrice, two and a zero, or the first three."""
+    triples = np.zeros((len(values), 3), np.float32)
+    triples[:, : values.shape[1] if values.shape[1] > 1 else 3] = values[:, :3]
+    return triples
+
+
+def _alphas(values: np.ndarray) -> np.ndarray:
+    """(N, 3), the fourth of (N, 4) thrice, or ones."""
+    return np.repeat(values[:, 3:], 3, axis=1) if values.shape[1] == 4 else np.ones((len(values), 3), np.float32)
+
+
+def _of_vertices(mesh: bpy.types.Mesh, values: np.ndarray) -> np.ndarray:
+    """The means of what the edges of each vertex have."""
+    ends = read_array(mesh.attributes[".edge_verts"].data, "value", (2,), np.int32).ravel()
+    counts = np.bincount(ends, minlength=len(mesh.vertices))
+    sums = [np.bincount(ends, np.repeat(column, 2), len(mesh.vertices)) for column in values.T]
+    return (np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]).astype(np.float32)

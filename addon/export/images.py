@@ -1,0 +1,72 @@
+"""Images as textures: stored codes of 8 bits, or linear floats."""
+
+import bpy
+import numpy as np
+
+from blender_rl_guiding.scene.data import Texture
+from blender_rl_guiding.scene.ops import Alpha
+
+from .network import At
+
+_LINEAR = ("Non-Color", "Linear Rec.709", "Raw")  # names of colour spaces whose 8-bit codes mean what they say
+_MAGENTA = (1.0, 0.0, 1.0, 1.0)  # of images that cannot be read, as in Cycles
+
+
+def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
+    """The number of the texture of a node's image, and what its colours have to do with its alpha.
+
+    Where nobody wants the alpha, Cycles shows colours multiplied by it, unless the image says that the two have nothing to do with
+    each other. Floats come multiplied already: they are taken as they are, since there is light where alpha is 0.
+    """
+    image, resources = at.node.image, at.network.resources
+    _check(at, image)
+    if image is None or not image.size[0]:
+        return resources.texture(None, lambda: Texture("", False, np.array([[_MAGENTA]], np.float32))), Alpha.PACKED
+    associated = image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
+    opaque = not wants_alpha and (image.is_float or not associated)
+    number = resources.texture((image.as_pointer(), opaque), lambda: _texture(image, opaque=opaque, associated=associated))
+    if opaque or not associated or _is_opaque(resources.textures[number]):
+        return number, Alpha.PACKED
+    return number, Alpha.STRAIGHT if wants_alpha else Alpha.PREMULTIPLIED
+
+
+def _check(at: At, image: bpy.types.Image | None) -> None:
+    if image is None:
+        at.note("no image: magenta stands in, as in Cycles")
+    elif not image.size[0]:
+        at.note(f"image '{image.name}' cannot be read ({image.filepath or 'no file'}): magenta stands in, as in Cycles")
+    elif image.source == "TILED":
+        at.note(f"image '{image.name}' has several tiles: the first is repeated")
+    elif image.source in ("SEQUENCE", "MOVIE"):
+        at.note(f"image '{image.name}' is animated: the frame that is loaded stands in")
+    elif not image.is_float and image.colorspace_settings.name not in ("sRGB", *_LINEAR):
+        at.note(f"image '{image.name}' has colour space {image.colorspace_settings.name}: sRGB stands in")
+
+
+def _texture(image: bpy.types.Image, *, opaque: bool, associated: bool) -> Texture:
+    texels = _pixels(image)
+    if opaque or image.alpha_mode == "NONE":
+        texels[..., 3] = 1.0
+    elif image.is_float and associated:
+        alpha = texels[..., 3:]
+        texels[..., :3] /= np.where(alpha == 0, 1, alpha)
+    if image.is_float:
+        return Texture(image.name, False, texels)
+    return Texture(image.name, image.colorspace_settings.name not in _LINEAR, (texels * 255 + 0.5).astype(np.uint8))
+
+
+def _pixels(image: bpy.types.Image) -> np.ndarray:
+    """(H, W, 4) float32, top row first: of 8-bit images the codes over 255; of others linear colours, multiplied by alpha."""
+    width, height, channels = *image.size, image.channels
+    stored = np.empty(width * height * channels, np.float32)
+    image.pixels.foreach_get(stored)
+    stored = stored.reshape(height, width, channels)[::-1]
+    if channels == 4:
+        return np.ascontiguousarray(stored)
+    texels = np.ones((height, width, 4), np.float32)
+    texels[..., :3] = stored[..., :3] if channels == 3 else stored[..., :1]
+    return texels
+
+
+def _is_opaque(texture: Texture) -> bool:
+    return bool((texture.texels[..., 3] == (255 if texture.texels.dtype == np.uint8 else 1)).all())

@@ -1,0 +1,184 @@
+"""Walks a node tree against its links, and writes the code that computes what arrives at a socket."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import bpy
+
+from blender_rl_guiding.scene.description import Color, Instruction, Node, Value
+from blender_rl_guiding.scene.ops import fault
+
+from .resources import Resources
+
+Path = tuple[bpy.types.Node, ...]  # the group nodes that lead to a node tree, from the outside
+_NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # types of sockets
+
+
+class Network:
+    """The code of one shader in the making, and the places, (where, what is lost), that it does not do justice to."""
+
+    def __init__(self, resources: Resources, *, world: bool = False, pass_index: int = 0) -> None:
+        self.resources, self.world, self.pass_index = resources, world, pass_index
+        self.notes: dict[tuple[str, str], None] = {}  # an ordered set
+        self._steps: dict[Instruction, Node] = {}
+        self._outputs: dict[tuple[int, ...], Value | None] = {}
+
+    @property
+    def code(self) -> tuple[Instruction, ...]:
+        """All steps so far."""
+        return tuple(self._steps)
+
+    def add(self, op: str, *inputs: Value, mode: str = "", options: tuple[int, ...] = ()) -> Node:
+        """The value of a step, which is new unless the same has been taken before."""
+        problem = fault(op, mode, len(inputs), len(options))
+        assert not problem, f"{op}: {problem}"
+        return self._steps.setdefault(Instruction(op, inputs, mode, tuple(int(n) for n in options)), Node(len(self._steps)))
+
+    def arriving(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
+        """What arrives at an input, in the input's own type; None where nothing does, or nothing that can be told."""
+        link = link_to(socket)
+        if link is None:
+            return None
+        value = self._output(link.from_socket, path)
+        return None if value is None else self._converted(value, link.from_socket.type, socket.type)
+
+    def value(self, socket: bpy.types.NodeSocket, path: Path) -> Value:
+        """What arrives at an input, or its unlinked value."""
+        arriving = self.arriving(socket, path)
+        return unlinked(socket) if arriving is None else arriving
+
+    def shader(self, socket: bpy.types.NodeSocket, path: Path = ()) -> "At | None":
+        """The shader node that is linked to an input, past everything that only hands it on."""
+        link = link_to(socket)
+        if link is None:
+            return None
+        if not _hands_on(link.from_node):
+            return At(self, link.from_node, path)
+        inner = _handed_on(link.from_socket, path)
+        return self.shader(*inner) if inner else None
+
+    def _output(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
+        key = (socket.as_pointer(), *(group.as_pointer() for group in path))
+        if key not in self._outputs:
+            self._outputs[key] = self._read(socket, path)
+        return self._outputs[key]
+
+    def _read(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
+        from .nodes import READERS  # the readers of nodes need this file
+
+        node = socket.node
+        if _hands_on(node):
+            return self._relayed(socket, path)
+        at = At(self, node, path)
+        if node.bl_idname in READERS:
+            return READERS[node.bl_idname](at, socket.identifier)
+        at.note(f"{node.bl_label} is not supported: the unlinked values of the sockets that it leads to stand in")
+        return None
+
+    def _relayed(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
+        inner = _handed_on(socket, path)
+        if inner is None:
+            return None
+        # As in Cycles, an input of a muted node or a reroute has no value of its own to hand on; one of a group has.
+        own = _is_group(socket.node) and not socket.node.mute
+        value = self.value(*inner) if own else self.arriving(*inner)
+        return None if value is None else self._converted(value, inner[0].type, socket.type)
+
+    def _converted(self, value: Value, source: str, target: str) -> Value:
+        """As Cycles converts between types of sockets. A number is a colour and a vector already."""
+        if target in _NUMBERS and source not in _NUMBERS:
+            return self.add("luminance" if source == "RGBA" else "average", value)
+        return value
+
+
+@dataclass(frozen=True)
+class At:
+    """A node in its groups, and what readers of nodes do there."""
+
+    network: Network
+    node: bpy.types.Node
+    path: Path
+
+    def value(self, identifier: str, implicit: Callable[[], Value] | None = None) -> Value:
+        """What arrives at an input, by the socket's identifier; otherwise what the node then takes, or its unlinked value."""
+        socket = find(self.node.inputs, identifier)
+        if implicit is None:
+            return self.network.value(socket, self.path)
+        arriving = self.network.arriving(socket, self.path)
+        return implicit() if arriving is None else arriving
+
+    def direction(self, identifier: str) -> Value | None:
+        """A normal or tangent; None where it is left to the surface."""
+        arriving = self.network.arriving(find(self.node.inputs, identifier), self.path)
+        return None if arriving in (None, 0.0, (0.0, 0.0, 0.0)) else arriving
+
+    def normal(self) -> tuple[Value, ...]:
+        """The last input of an op that depends on a normal."""
+        normal = self.direction("Normal")
+        return () if normal is None else (normal,)
+
+    def linked(self, identifier: str) -> bool:
+        """Whether there is a link to an input."""
+        return link_to(find(self.node.inputs, identifier)) is not None
+
+    def add(self, op: str, *inputs: Value, mode: str = "", options: tuple[int, ...] = ()) -> Node:
+        """See `Network.add`."""
+        return self.network.add(op, *inputs, mode=mode, options=options)
+
+    def attribute(self, kind: str, name: str = "") -> Node:
+        """The value of a corner attribute."""
+        return self.add("attribute", options=(self.network.resources.corner_attribute(kind, name),))
+
+    def note(self, detail: str, socket: str = "") -> None:
+        """Put down what is lost here, and what stands in its place."""
+        where = [f"group '{group.node_tree.name}'" for group in self.path] + [f"node '{self.node.name}'"]
+        where += [f"socket '{socket}'"] if socket else []
+        self.network.notes[", ".join(where), detail] = None
+
+
+def find(sockets: bpy.types.NodeInputs, identifier: str) -> bpy.types.NodeSocket:
+    """The socket of an identifier, be it hidden; names are not unique."""
+    return next(socket for socket in sockets if socket.identifier == identifier)
+
+
+def link_to(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
+    """The link to an input that counts."""
+    links = (link for link in socket.links if link.is_valid and not link.is_muted and not link.from_socket.is_unavailable)
+    return None if socket.is_unavailable else next(links, None)
+
+
+def unlinked(socket: bpy.types.NodeSocket) -> Value:
+    """The value that an input has without a link, or an output that keeps a value."""
+    value = socket.default_value
+    return float(value) if isinstance(value, int | float) else triple(value)
+
+
+def triple(values: Sequence[float]) -> Color:
+    """The first three of Blender's numbers; an alpha is left out."""
+    x, y, z = values[:3]
+    return float(x), float(y), float(z)
+
+
+def _hands_on(node: bpy.types.Node) -> bool:
+    """Whether a node computes nothing, but hands on what arrives."""
+    return node.mute or node.bl_idname == "NodeReroute" or _is_group(node)
+
+
+def _is_group(node: bpy.types.Node) -> bool:
+    return node.bl_idname in ("ShaderNodeGroup", "NodeGroupInput")
+
+
+def _handed_on(output: bpy.types.NodeSocket, path: Path) -> tuple[bpy.types.NodeSocket, Path] | None:
+    """The input that an output of such a node takes its value from, and where that input is."""
+    node = output.node
+    if node.bl_idname == "NodeReroute":
+        return node.inputs[0], path
+    if node.mute:
+        inner = next((link.from_socket for link in node.internal_links if link.to_socket == output), None)
+        return (inner, path) if inner else None
+    if node.bl_idname == "NodeGroupInput":
+        return find(path[-1].inputs, output.identifier), path[:-1]
+    end = (
+        next((n for n in node.node_tree.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output), None) if node.node_tree else None
+    )
+    return (find(end.inputs, output.identifier), (*path, node)) if end else None

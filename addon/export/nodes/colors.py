@@ -1,0 +1,66 @@
+"""Nodes that compute with colours."""
+
+from collections.abc import Callable
+
+from blender_rl_guiding.scene.description import Value
+
+from ..network import At
+
+
+def _mix(at: At, _output: str) -> Value | None:
+    node, kind = at.node, at.node.data_type
+    if kind == "ROTATION":
+        at.note("rotations cannot be mixed: the unlinked values of the sockets that it leads to stand in")
+        return None
+    suffix = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color"}[kind]
+    by_components = kind == "VECTOR" and node.factor_mode == "NON_UNIFORM"
+    values = [at.value(name) for name in ("Factor_Vector" if by_components else "Factor_Float", f"A_{suffix}", f"B_{suffix}")]
+    mode, clamped = (node.blend_type, int(node.clamp_result)) if kind == "RGBA" else ("MIX", 0)
+    return at.add("mix", *values, mode=mode, options=(int(node.clamp_factor), clamped))
+
+
+def _mix_rgb(at: At, _output: str) -> Value:
+    values = [at.value(name) for name in ("Fac", "Color1", "Color2")]
+    return at.add("mix", *values, mode=at.node.blend_type, options=(1, int(at.node.use_clamp)))
+
+
+def _invert(at: At, _output: str) -> Value:
+    return at.add("invert", at.value("Fac"), at.value("Color"))
+
+
+def _gamma(at: At, _output: str) -> Value:
+    return at.add("gamma", at.value("Color"), at.value("Gamma"))
+
+
+def _bright_contrast(at: At, _output: str) -> Value:
+    return at.add("bright_contrast", at.value("Color"), at.value("Bright"), at.value("Contrast"))
+
+
+def _hue_saturation(at: At, _output: str) -> Value:
+    return at.add("hsv", *(at.value(name) for name in ("Hue", "Saturation", "Value", "Fac", "Color")))
+
+
+def _separate(at: At, output: str) -> Value:
+    separated = at.add("separate", at.value("Color"), mode=at.node.mode)
+    return at.add("component", separated, options=(("Red", "Green", "Blue").index(output),))
+
+
+def _combine(at: At, _output: str) -> Value:
+    return at.add("combine", at.value("Red"), at.value("Green"), at.value("Blue"), mode=at.node.mode)
+
+
+def _luminance(at: At, _output: str) -> Value:
+    return at.add("luminance", at.value("Color"))
+
+
+READERS: dict[str, Callable[[At, str], Value | None]] = {
+    "ShaderNodeMix": _mix,
+    "ShaderNodeMixRGB": _mix_rgb,
+    "ShaderNodeInvert": _invert,
+    "ShaderNodeGamma": _gamma,
+    "ShaderNodeBrightContrast": _bright_contrast,
+    "ShaderNodeHueSaturation": _hue_saturation,
+    "ShaderNodeSeparateColor": _separate,
+    "ShaderNodeCombineColor": _combine,
+    "ShaderNodeRGBToBW": _luminance,
+}

@@ -1,0 +1,143 @@
+"""Nodes that bring something in: constants, coordinates, attributes, the object and the ray."""
+
+from collections.abc import Callable
+
+from blender_rl_guiding.scene.description import Value
+
+from ..network import At, find, unlinked
+
+_OBJECT_INFO = {"Location": "location", "Color": "color", "Alpha": "alpha", "Object Index": "object_index", "Random": "random"}
+_RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray", "Ray Length", "Ray Depth")
+_GEOMETRY = {
+    "Position": "position",
+    "Normal": "normal",
+    "True Normal": "true_normal",
+    "Incoming": "incoming",
+    "Parametric": "parametric",
+    "Backfacing": "backfacing",
+}
+
+
+def _constant(at: At, output: str) -> Value:
+    """The value of a node that keeps it in its output socket."""
+    return unlinked(find(at.node.outputs, output))
+
+
+def _unsupported(at: At, output: str) -> None:
+    at.note("not supported: the unlinked values of the sockets that it leads to stand in", output)
+
+
+def uv(at: At, name: str = "") -> Value:
+    """Coordinates of a UV map, which the world does not have."""
+    return (0.0, 0.0, 0.0) if at.network.world else at.attribute("UV", name)
+
+
+def generated(at: At) -> Value:
+    """Texture space coordinates; for the world the direction."""
+    return at.add("position") if at.network.world else at.attribute("GENERATED")
+
+
+def _texture_coordinate(at: At, output: str) -> Value | None:
+    if at.node.from_instancer and output in ("Generated", "UV"):
+        at.note("of the instancer: those of the instance stand in", output)
+    if output == "UV":
+        return uv(at)
+    if output == "Generated":
+        return generated(at)
+    if output == "Normal":
+        return at.add("normal") if at.network.world else _object_normal(at)
+    if output == "Object" and not at.network.world:
+        return at.attribute("OBJECT", at.node.object.name if at.node.object else "")
+    if output == "Object" and at.node.object is None:
+        return at.add("position")
+    if output == "Reflection" and not at.network.world:
+        reflected = at.add("vector_math", at.add("incoming"), at.add("normal"), 0.0, 0.0, mode="REFLECT")
+        return at.add("vector_math", reflected, 0.0, 0.0, -1.0, mode="SCALE")
+    return _unsupported(at, output)
+
+
+def _object_normal(at: At) -> Value:
+    """In the object's space, and on the side that the ray comes from."""
+    side = at.add("math", at.add("backfacing"), -2.0, 1.0, mode="MULTIPLY_ADD", options=(0,))
+    facing = at.add("vector_math", at.attribute("OBJECT_NORMAL"), 0.0, 0.0, side, mode="SCALE")
+    return at.add("vector_math", facing, 0.0, 0.0, 0.0, mode="NORMALIZE")
+
+
+def _uv_map(at: At, output: str) -> Value:
+    if at.node.from_instancer:
+        at.note("of the instancer: those of the instance stand in", output)
+    return uv(at, at.node.uv_map)
+
+
+def _attribute(at: At, output: str) -> Value | None:
+    node = at.node
+    if node.attribute_type != "GEOMETRY":
+        at.note(f"attributes of kind {node.attribute_type} are not supported: the unlinked values of the sockets that it leads to stand in")
+        return None
+    if not node.attribute_name or at.network.world:
+        return 0.0
+    if output == "Alpha":
+        return at.attribute("ATTRIBUTE_ALPHA", node.attribute_name)
+    value = at.attribute("ATTRIBUTE", node.attribute_name)
+    return at.add("average", value) if output == "Fac" else value
+
+
+def _color_attribute(at: At, output: str) -> Value:
+    if at.network.world:
+        return 0.0
+    return at.attribute("ATTRIBUTE_ALPHA" if output == "Alpha" else "ATTRIBUTE", at.node.layer_name)
+
+
+def tangent(at: At, axis: str = "Z") -> Value:
+    """The tangent that Cycles makes up where there is no other: around an axis of the object."""
+    return at.add("tangent", options=(at.network.resources.corner_attribute("RADIAL", axis),))
+
+
+def _tangent(at: At, _output: str) -> Value:
+    if at.node.direction_type == "RADIAL":
+        return tangent(at, at.node.axis)
+    return at.add("tangent", options=(at.network.resources.corner_attribute("TANGENT", at.node.uv_map),))
+
+
+def _geometry(at: At, output: str) -> Value | None:
+    if output == "Tangent" and not at.network.world:
+        return tangent(at)
+    return at.add(_GEOMETRY[output]) if output in _GEOMETRY else _unsupported(at, output)
+
+
+def _object_info(at: At, output: str) -> Value | None:
+    if output == "Material Index":
+        return float(at.network.pass_index)
+    if output in _OBJECT_INFO and not at.network.world:
+        return at.add("object_attribute", options=(at.network.resources.object_attribute(_OBJECT_INFO[output]),))
+    return _unsupported(at, output)
+
+
+def _light_path(at: At, output: str) -> Value | None:
+    if output == "Is Volume Scatter Ray":
+        return 0.0  # there are no volumes
+    return at.add("light_path", mode=output.upper().replace(" ", "_")) if output in _RAYS else _unsupported(at, output)
+
+
+def _fresnel(at: At, _output: str) -> Value:
+    return at.add("fresnel", at.value("IOR"), *at.normal())
+
+
+def _layer_weight(at: At, output: str) -> Value:
+    return at.add("layer_weight", at.value("Blend"), *at.normal(), mode=output.upper())
+
+
+READERS: dict[str, Callable[[At, str], Value | None]] = {
+    "ShaderNodeRGB": _constant,
+    "ShaderNodeValue": _constant,
+    "ShaderNodeTexCoord": _texture_coordinate,
+    "ShaderNodeUVMap": _uv_map,
+    "ShaderNodeAttribute": _attribute,
+    "ShaderNodeVertexColor": _color_attribute,
+    "ShaderNodeTangent": _tangent,
+    "ShaderNodeNewGeometry": _geometry,
+    "ShaderNodeObjectInfo": _object_info,
+    "ShaderNodeLightPath": _light_path,
+    "ShaderNodeFresnel": _fresnel,
+    "ShaderNodeLayerWeight": _layer_weight,
+}

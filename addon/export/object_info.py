@@ -1,0 +1,49 @@
+"""What shaders read of a whole object: the Object Info node, and the object's axes."""
+
+import bpy
+import numpy as np
+
+_AXES = ("x_axis", "y_axis", "z_axis")
+_WORD = 2**32
+
+
+def object_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, float, float]:
+    """One of `Resources.object_attributes`: a triple, or a number thrice."""
+    thing = instance.object
+    if name in _AXES:
+        matrix = np.array(instance.matrix_world, np.float64)[:3, :3]
+        x, y, z = np.linalg.pinv(matrix)[_AXES.index(name)]  # a column of the inverse transpose
+    elif name == "color":
+        x, y, z = thing.color[:3]
+    elif name == "location":
+        x, y, z = instance.matrix_world.translation
+    else:
+        x = y = z = {"alpha": thing.color[3], "object_index": thing.pass_index, "random": random_number(instance)}[name]
+    return float(x), float(y), float(z)
+
+
+def random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:
+    """0 to 1, as Cycles has it: hashed from the object's name, or by Blender from the place among its instancer's instances."""
+    number = instance.random_id % _WORD if instance.is_instance else _hash(_hash_string(instance.object.name))
+    return number / (_WORD - 1)
+
+
+def _hash_string(text: str) -> int:
+    number = 0
+    for byte in text.encode():
+        number = (number * 37 + byte) % _WORD
+    return number
+
+
+def _hash(number: int) -> int:
+    """The final mix of Bob Jenkins' lookup3 (public domain, http://burtleburtle.net/bob/c/lookup3.c), for a number and a zero."""
+    start = 0xDEADBEEF + (2 << 2) + 13
+    words = [(start + number) % _WORD, start, start]
+    for step, turn in enumerate((14, 11, 25, 16, 4, 14, 24)):
+        target, other = (2 + step) % 3, (1 + step) % 3
+        words[target] = ((words[target] ^ words[other]) - _rotated(words[other], turn)) % _WORD
+    return words[2]
+
+
+def _rotated(word: int, by: int) -> int:
+    return (word << by | word >> 32 - by) % _WORD

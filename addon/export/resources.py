@@ -1,0 +1,74 @@
+"""What shaders share and refer to by number: textures, tables, and the attributes that their objects have to bring."""
+
+from collections.abc import Callable, Hashable
+
+import numpy as np
+
+from blender_rl_guiding.scene.data import TABLE_SIZE, Texture
+from blender_rl_guiding.scene.description import Shader
+
+# How many of an instruction's options, from the first, are numbers of corner attributes, where they are not below zero.
+_CORNER_OPTIONS = {"attribute": 1, "tangent": 1, "normal_map": 2}
+
+
+class Resources:
+    """Grows while shaders are read; a thing's number is its place in the list.
+
+    Corner attributes have keys (kind, name), three numbers at each corner of each triangle:
+    - UV, TANGENT, TANGENT_SIGN: u v 0, the world-space tangent of MikkTSpace, its sign thrice, of a UV map; "" is the one for rendering
+    - GENERATED: texture space coordinates; the name is empty
+    - RADIAL: the direction around an axis ("X", "Y" or "Z") through the middle of the texture space: for Z it is (0.5 - y, x - 0.5, 0) of
+      GENERATED, for X (0, 0.5 - z, y - 0.5), for Y (0.5 - z, 0, x - 0.5); then taken to world space as normals are, its length untouched
+    - OBJECT: coordinates in the space of the named object; "" is the object itself
+    - OBJECT_NORMAL: the shading normal in the space of the object; the name is empty
+    - ATTRIBUTE, ATTRIBUTE_ALPHA: a named attribute, colours linear, one number thrice; and its alpha thrice, 1 where it has none; "" is the
+      colour attribute for rendering
+
+    Object attributes, the same all over an object:
+    - random, location, color, alpha, object_index: what the Object Info node offers; one number thrice
+    - x_axis, y_axis, z_axis: columns of the inverse transpose of the 3 x 3 of matrix_world, which normals are taken to world space by
+    """
+
+    def __init__(self) -> None:
+        self.corner_attributes: list[tuple[str, str]] = []
+        self.object_attributes: list[str] = []
+        self.textures: list[Texture] = []
+        self._texture_numbers: dict[Hashable, int] = {}
+        self._tables: dict[bytes, int] = {}
+
+    @property
+    def tables(self) -> np.ndarray:
+        """(R, 256, 4) float32."""
+        return np.frombuffer(b"".join(self._tables), np.float32).reshape(-1, TABLE_SIZE, 4)
+
+    def corner_attribute(self, kind: str, name: str = "") -> int:
+        """The number of a corner attribute, which is new if it has not been asked for before."""
+        return _number(self.corner_attributes, (kind, name))
+
+    def object_attribute(self, name: str) -> int:
+        """The number of an object attribute."""
+        return _number(self.object_attributes, name)
+
+    def table(self, rows: np.ndarray) -> int:
+        """The number of a table: (256, 4), over 0..1; equal tables are kept once."""
+        assert rows.shape == (TABLE_SIZE, 4)
+        return self._tables.setdefault(np.ascontiguousarray(rows, np.float32).tobytes(), len(self._tables))
+
+    def texture(self, key: Hashable, read: Callable[[], Texture]) -> int:
+        """The number of the texture of a key, which is read where it is new."""
+        if key not in self._texture_numbers:
+            self._texture_numbers[key] = len(self.textures)
+            self.textures.append(read())
+        return self._texture_numbers[key]
+
+
+def corner_attributes_of(shader: Shader) -> set[int]:
+    """Numbers of the corner attributes that a shader reads."""
+    used = (n for step in shader.code for n in step.options[: _CORNER_OPTIONS.get(step.op, 0)])
+    return {n for n in used if n >= 0}
+
+
+def _number(keys: list, key: Hashable) -> int:
+    if key not in keys:
+        keys.append(key)
+    return keys.index(key)

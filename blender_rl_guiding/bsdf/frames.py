@@ -1,0 +1,23 @@
+"""Tangent frames of lobes that turn with a tangent."""
+
+import math
+
+from ..kernels import kernel
+from ..sampling import TWO_PI, F, add, cross, dot, normalize, scale, tangents
+
+
+@kernel
+def frame(n, tangent):
+    """Tangent and bitangent of a right-handed frame whose first vector lies towards `tangent`; any frame if that is zero or along n."""
+    bitangent = cross(n, tangent)
+    if dot(bitangent, bitangent) < F(1e-12):
+        return tangents(n)
+    bitangent = normalize(bitangent)
+    return cross(bitangent, n), bitangent
+
+
+@kernel
+def turned(v, axis, turns):
+    """v turned about the unit axis, counter-clockwise for who looks against it (Rodrigues)."""
+    c, s = math.cos(TWO_PI * turns), math.sin(TWO_PI * turns)
+    return add(add(scale(v, c), scale(cross(axis, v), s)), scale(axis, dot(axis, v) * (F(1) - c)))

@@ -1,0 +1,107 @@
+"""How much an interface reflects: dielectrics exactly, and the two curves that Blender's materials bend them into.
+
+An ior is that of the far side over that of wo's side.
+"""
+
+import math
+
+from ..kernels import kernel
+from ..sampling import F, scale
+
+_F82 = (6 / 7) ** 5  # Schlick's (1 - cos)^5 where cos = 1/7, about 82 degrees
+
+
+@kernel
+def lerp(a, b, s):
+    """a + s (b - a) of colours."""
+    return a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])
+
+
+@kernel
+def saturate(x):
+    """x clamped to [0, 1]."""
+    return min(max(x, F(0)), F(1))
+
+
+@kernel
+def towards_white(f0, s):
+    """f0 + s (1 - f0)."""
+    return lerp(f0, (F(1), F(1), F(1)), s)
+
+
+@kernel
+def refracted_cosine(cosine, ior):
+    """Cosine of the refracted ray to the reversed normal; 0 for total internal reflection."""
+    return math.sqrt(max(ior * ior - (F(1) - cosine * cosine), F(0))) / ior
+
+
+@kernel
+def dielectric(cosine, ior):
+    """Reflectance of unpolarised light, by Fresnel's equations; 1 for total internal reflection."""
+    c, t = abs(cosine), refracted_cosine(cosine, ior)
+    if t == F(0):
+        return F(1)
+    s = (c - ior * t) / (c + ior * t)
+    p = (ior * c - t) / (ior * c + t)
+    return F(0.5) * (s * s + p * p)
+
+
+@kernel
+def dielectric_average(ior):
+    """Reflectance averaged over projected solid angle: the fit of Kulla and Conty 2017, which Cycles uses."""
+    if ior < F(1):
+        return F(0.997118) + ior * (F(0.1014) - ior * (F(0.965241) + ior * F(0.130607)))
+    return (ior - F(1)) / (F(4.08567) + F(1.00071) * ior)
+
+
+@kernel
+def normal_reflectance(ior):
+    """Reflectance at normal incidence."""
+    r = (ior - F(1)) / (ior + F(1))
+    return r * r
+
+
+@kernel
+def ior_of(f0):
+    """The ior above 1 that reflects f0 at normal incidence; f0 counts as 0.99 at most."""
+    r = math.sqrt(min(max(f0, F(0)), F(0.99)))
+    return (F(1) + r) / (F(1) - r)
+
+
+@kernel
+def schlick_share(cosine, ior):
+    """Where a dielectric's reflectance lies between that at normal incidence (0) and all (1): the curve between f0 and white."""
+    f0 = normal_reflectance(ior)
+    return saturate((dielectric(cosine, ior) - f0) / (F(1) - f0))
+
+
+@kernel
+def schlick_share_average(ior):
+    """`schlick_share` of the averaged reflectance."""
+    f0 = normal_reflectance(ior)
+    return saturate((dielectric_average(ior) - f0) / (F(1) - f0))
+
+
+@kernel
+def f82_lowering(f0, tint):
+    """What lowers Schlick's curve so that it is multiplied by the tint at about 82 degrees (Kutz et al. 2021, F82-tint)."""
+    schlick = towards_white(f0, F(_F82))
+    b = scale(schlick, F(7 / (_F82 * 6 / 7)))
+    return b[0] * (F(1) - tint[0]), b[1] * (F(1) - tint[1]), b[2] * (F(1) - tint[2])
+
+
+@kernel
+def f82(cosine, f0, b):
+    """Reflectance of a metal at this cosine: Schlick's curve lowered by b."""
+    s = saturate(F(1) - cosine)
+    s5 = s * s * s * s * s
+    r = towards_white(f0, s5)
+    t = cosine * s5 * s
+    return saturate(r[0] - b[0] * t), saturate(r[1] - b[1] * t), saturate(r[2] - b[2] * t)
+
+
+@kernel
+def f82_average(f0, b):
+    """`f82` averaged over projected solid angle."""
+    r = towards_white(f0, F(1 / 21))
+    return r[0] - b[0] * F(1 / 126), r[1] - b[1] * F(1 / 126), r[2] - b[2] * F(1 / 126)

@@ -1,0 +1,136 @@
+"""Microfacet reflection: GGX with one of three Fresnel curves, turned with a tangent where it is anisotropic."""
+
+from ..kernels import kernel
+from ..sampling import F, add, cross, dot, multiply, normalize, scale, subtract, tangents, to_local, to_world
+from . import energy, fresnel
+from .frames import frame
+from .lobe import ALPHA_X, ALPHA_Y, F0, F82, FRESNEL, GLOSSY, IOR, NORMAL, SINGULAR, TANGENT, WEIGHT, get, put, write
+from .microfacet import distribution, distribution_anisotropic, smith, smith_anisotropic, visible_normal
+
+SINGULAR_ALPHA2 = F(2e-10)  # of smoother surfaces no density is computed
+_WHITE, _SCHLICK, _METAL = F(0), F(1), F(2)  # Fresnel curves
+
+
+@kernel
+def _compensated(weight, fss, alpha, cosine, multiscatter):
+    """The weight darkened, and the gain, by which light scattered more than once is made up for."""
+    if not multiscatter:
+        return weight, F(1)
+    e, average = energy.reflection_albedo(energy.roughness_of(alpha[0], alpha[1]), cosine)
+    return multiply(weight, energy.darkening(average, e, fss)), F(1) / e
+
+
+@kernel
+def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
+    """Write all but the Fresnel curve."""
+    write(lobes, k, GLOSSY, point, n, scale(weight, gain), albedo)
+    lobes[k, SINGULAR] = F(1) if alpha[0] * alpha[1] <= SINGULAR_ALPHA2 else F(0)
+    lobes[k, ALPHA_X] = alpha[0]
+    lobes[k, ALPHA_Y] = alpha[1]
+    put(lobes, k, TANGENT, tangent)
+
+
+@kernel
+def setup(lobes, k, point, n, weight, color, alpha, tangent, multiscatter):
+    """Write a lobe without Fresnel as row k. `alpha` is the pair of squared roughnesses along the tangent and across it, up to 1.
+
+    The weight has the colour in it already; the colour itself tints what is scattered more than once.
+    """
+    weight, gain = _compensated(weight, color, alpha, dot(n, point.wo), multiscatter)
+    _setup(lobes, k, point, n, weight, gain, weight, alpha, tangent)
+    lobes[k, FRESNEL] = _WHITE
+
+
+@kernel
+def dielectric_layer(n, wo, weight, f0, ior, alpha, multiscatter):
+    """Weight, gain and albedo of a dielectric's reflection whose reflectance at normal incidence is bent to f0."""
+    fss = fresnel.towards_white(f0, fresnel.schlick_share_average(ior))
+    weight, gain = _compensated(weight, fss, alpha, dot(n, wo), multiscatter)
+    share = energy.schlick_albedo(energy.roughness_of(alpha[0], alpha[1]), dot(n, wo), ior)
+    return weight, gain, multiply(weight, fresnel.towards_white(f0, share))
+
+
+@kernel
+def setup_dielectric(lobes, k, point, n, weight, f0, ior, alpha, tangent, multiscatter):
+    """Write the lobe of `dielectric_layer` as row k; f0 is at most 1."""
+    weight, gain, albedo = dielectric_layer(n, point.wo, weight, f0, ior, alpha, multiscatter)
+    _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent)
+    lobes[k, FRESNEL] = _SCHLICK
+    lobes[k, IOR] = ior
+    put(lobes, k, F0, f0)
+
+
+@kernel
+def setup_metal(lobes, k, point, n, weight, f0, tint, alpha, tangent, multiscatter):
+    """Write the reflection of a metal of colour f0 whose edge is tinted (F82-tint) as row k."""
+    b = fresnel.f82_lowering(f0, tint)
+    weight, gain = _compensated(weight, fresnel.f82_average(f0, b), alpha, dot(n, point.wo), multiscatter)
+    share = energy.schlick5_albedo(energy.roughness_of(alpha[0], alpha[1]), dot(n, point.wo))
+    _setup(lobes, k, point, n, weight, gain, multiply(weight, fresnel.towards_white(f0, share)), alpha, tangent)
+    lobes[k, FRESNEL] = _METAL
+    put(lobes, k, F0, f0)
+    put(lobes, k, F82, b)
+
+
+@kernel
+def reflectance(lobes, k, cosine):
+    """Share of light reflected by a microfacet, RGB."""
+    if lobes[k, FRESNEL] == _SCHLICK:
+        return fresnel.towards_white(get(lobes, k, F0), fresnel.schlick_share(cosine, lobes[k, IOR]))
+    if lobes[k, FRESNEL] == _METAL:
+        return fresnel.f82(cosine, get(lobes, k, F0), get(lobes, k, F82))
+    return F(1), F(1), F(1)
+
+
+@kernel
+def mirrored(v, h):
+    """The mirror direction of v about the unit vector h."""
+    return subtract(scale(h, F(2) * dot(v, h)), v)
+
+
+@kernel
+def _shape(lobes, k, wo, wi, h):
+    """D, Lambda(wo) and Lambda(wi) of wo and wi above the lobe's normal, with h half way between them."""
+    n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
+    if alpha_x == alpha_y:
+        across, along, alpha2 = cross(n, h), dot(n, h), alpha_x * alpha_y
+        d = distribution(alpha2, dot(across, across), along * along)
+        return d, smith(alpha2, dot(n, wo)), smith(alpha2, dot(n, wi))
+    t, b = frame(n, get(lobes, k, TANGENT))
+    d = distribution_anisotropic(alpha_x, alpha_y, to_local(t, b, n, h))
+    shadow_o = smith_anisotropic(alpha_x, alpha_y, to_local(t, b, n, wo))
+    return d, shadow_o, smith_anisotropic(alpha_x, alpha_y, to_local(t, b, n, wi))
+
+
+@kernel
+def evaluate(lobes, k, wo, wi):
+    """f |cos|, RGB, and the density of `sample`; both directions have to be above the lobe's normal."""
+    h = normalize(add(wo, wi))
+    d, shadow_o, shadow_i = _shape(lobes, k, wo, wi, h)
+    common = d * F(0.25) / dot(get(lobes, k, NORMAL), wo)
+    r = multiply(reflectance(lobes, k, dot(wo, h)), get(lobes, k, WEIGHT))
+    return scale(r, common / (F(1) + shadow_o + shadow_i)), common / (F(1) + shadow_o)
+
+
+@kernel
+def half_vector(lobes, k, wo, u, v):
+    """A microfacet's normal in world space, by those that wo sees; the lobe's own where it is singular."""
+    n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
+    if lobes[k, SINGULAR] != F(0):
+        return n
+    t, b = tangents(n)
+    if alpha_x != alpha_y:
+        t, b = frame(n, get(lobes, k, TANGENT))
+    return to_world(t, b, n, visible_normal(alpha_x, alpha_y, to_local(t, b, n, wo), u, v))
+
+
+@kernel
+def sample(lobes, k, wo, u, v):
+    """A direction wi; it may lie below the lobe's normal, where it scatters nothing."""
+    return mirrored(wo, half_vector(lobes, k, wo, u, v))
+
+
+@kernel
+def singular(lobes, k, wo):
+    """Throughput of the mirror direction, RGB."""
+    return multiply(reflectance(lobes, k, dot(get(lobes, k, NORMAL), wo)), get(lobes, k, WEIGHT))

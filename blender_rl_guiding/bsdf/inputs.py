@@ -1,0 +1,75 @@
+"""How the inputs of a closure are read: gathered into registers first, then by name, as rows of these.
+
+Passing all shaders to every function of a lobe would cost each call a hundred arguments, and compilation a minute.
+"""
+
+from collections import namedtuple
+
+from ..kernels import kernel
+from ..sampling import F, store, vector
+from ..scene.description import CLOSURES
+from ..shading.operands import KINDS, NONE, REGISTERS, value
+from .lobe import normalized
+
+_ROWS = 32  # at the end of the registers, which no code may use
+_LENGTHS = tuple(2 + len(inputs) for inputs in CLOSURES.values())  # columns of each kind of closure
+assert max(_LENGTHS) <= _ROWS
+
+WEIGHT = REGISTERS - _ROWS + 1  # the register of every closure's weight
+
+
+def columns(kind: str):
+    """The register of each input of a kind of closure, as a named tuple, so that kernels read `GLASS.ior`."""
+    return namedtuple(kind, CLOSURES[kind])(*(WEIGHT + 1 + i for i in range(len(CLOSURES[kind]))))
+
+
+def kind(name: str) -> int:
+    """The number of a kind of closure."""
+    return KINDS.index(name)
+
+
+@kernel
+def gather(shading, registers, row):
+    """Copy the weight and the inputs of a closure to their registers, zero where there is none; returns the closure's kind."""
+    which = shading.closures[row, 0]
+    for column in range(1, _LENGTHS[which]):
+        operand = shading.closures[row, column]
+        v = (F(0), F(0), F(0)) if operand == NONE else value(shading, registers, operand)
+        store(registers, WEIGHT - 1 + column, v)
+    return which
+
+
+@kernel
+def number(registers, row):
+    """A number."""
+    return registers[row, 0]
+
+
+@kernel
+def color(registers, row):
+    """A colour; negative channels count as 0."""
+    return max(registers[row, 0], F(0)), max(registers[row, 1], F(0)), max(registers[row, 2], F(0))
+
+
+@kernel
+def factor(registers, row):
+    """A number between 0 and 1."""
+    return min(max(registers[row, 0], F(0)), F(1))
+
+
+@kernel
+def positive(registers, row):
+    """A number; below 1e-5 it counts as that."""
+    return max(registers[row, 0], F(1e-5))
+
+
+@kernel
+def normal(registers, row, fallback):
+    """A unit normal; the fallback where there is none."""
+    return normalized(vector(registers, row), fallback)
+
+
+@kernel
+def tangent(registers, row):
+    """A tangent of any length, zero where there is none."""
+    return vector(registers, row)

@@ -1,0 +1,55 @@
+"""GGX microfacets: distribution of normals, Smith's masking, and sampling of the visible normals.
+
+Sources: Walter et al. 2007; Heitz 2014, 2018; sampling after Dupuy and Benyoub 2023. Local frames have the macroscopic normal as +z.
+"""
+
+import math
+
+from ..kernels import kernel
+from ..sampling import INV_PI, PI, TWO_PI, F, normalize
+
+
+@kernel
+def smith(alpha2, cosine):
+    """Smith's Lambda of a direction at this cosine to the normal, for the squared roughness alpha2."""
+    tan2 = max(F(1) / (cosine * cosine) - F(1), F(0))
+    return F(0.5) * (math.sqrt(F(1) + alpha2 * tan2) - F(1))
+
+
+@kernel
+def smith_anisotropic(alpha_x, alpha_y, v):
+    """Smith's Lambda of the local direction v."""
+    x, y = alpha_x * v[0], alpha_y * v[1]
+    return F(0.5) * (math.sqrt(F(1) + (x * x + y * y) / (v[2] * v[2])) - F(1))
+
+
+@kernel
+def distribution(alpha2, sin2, cos2):
+    """GGX's density D of microfacet normals at an angle whose squared sine and cosine are given.
+
+    Both are asked for, as 1 - cos2 has no correct digit where the peak of a smooth surface is narrow.
+    """
+    t = sin2 + alpha2 * cos2
+    return alpha2 / (PI * t * t)
+
+
+@kernel
+def distribution_anisotropic(alpha_x, alpha_y, h):
+    """D of the local microfacet normal h."""
+    x, y = h[0] / alpha_x, h[1] / alpha_y
+    t = x * x + y * y + h[2] * h[2]
+    return INV_PI / (alpha_x * alpha_y * t * t)
+
+
+@kernel
+def visible_normal(alpha_x, alpha_y, v, u1, u2):
+    """A local microfacet normal with the density D max(v.h, 0) / (v.z (1 + Lambda(v))), for the local direction v above the surface.
+
+    The stretched surface is a sphere; what v sees of it are the normals half way to the directions of a spherical cap.
+    """
+    stretched = normalize((alpha_x * v[0], alpha_y * v[1], v[2]))
+    z = F(1) - u1 * (F(1) + stretched[2])
+    r = math.sqrt(max(F(1) - z * z, F(0)))
+    phi = TWO_PI * u2
+    x, y = r * math.cos(phi) + stretched[0], r * math.sin(phi) + stretched[1]
+    return normalize((alpha_x * x, alpha_y * y, max(z + stretched[2], F(1e-12))))

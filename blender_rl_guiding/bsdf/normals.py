@@ -1,0 +1,48 @@
+"""Shading normals that are not the surface's own: which ones a reflection allows, and how they shade at the terminator."""
+
+import math
+
+from ..kernels import kernel
+from ..sampling import F, add, dot, scale, subtract
+from .lobe import NORMAL, SMOOTH_NORMAL, get, normalized
+from .microfacet import smith
+
+
+@kernel
+def reflectable(ng, wo, n):
+    """The normal nearest to n, towards ng, whose mirror direction of wo lies above the surface.
+
+    Cycles bends the normals of glossy lobes so. The bent normal m = x t + z ng, with t the tangent towards n, has the mirror
+    direction's height 2 (m.wo) z - wo.ng = `height`; squared, that is a quadratic equation for z^2.
+    """
+    up = dot(wo, ng)
+    height = min(F(0.9) * up, F(0.01))
+    if n == ng or F(2) * dot(n, wo) * dot(n, ng) - up >= height:
+        return n
+    t = normalized(subtract(n, scale(ng, dot(n, ng))), n)
+    along = dot(wo, t)
+    a = along * along + up * up
+    b = F(2) * (a + up * height)
+    root = math.sqrt(max(b * b - F(4) * a * (height + up) * (height + up), F(0)))
+    z2 = F(0.25) * (b + root if along < F(0) else b - root) / a
+    return add(scale(t, math.sqrt(max(F(1) - z2, F(0)))), scale(ng, math.sqrt(max(z2, F(0)))))
+
+
+@kernel
+def leaks(lobes, k, wi):
+    """Whether a bumped lobe would send light through the smooth surface: wi is on different sides for the two normals."""
+    n, smooth = get(lobes, k, NORMAL), get(lobes, k, SMOOTH_NORMAL)
+    return dot(smooth, wi) * dot(smooth, n) * dot(n, wi) < F(0)
+
+
+@kernel
+def bump_shadowing(lobes, k, wi):
+    """Factor in [0, 1] that softens the terminator of bumped diffuse lobes (Estevez et al. 2019, as Cycles uses it)."""
+    if leaks(lobes, k, wi):
+        return F(0)
+    n, smooth = get(lobes, k, NORMAL), get(lobes, k, SMOOTH_NORMAL)
+    cos_i, cos_n = abs(dot(smooth, wi)), abs(dot(smooth, n))
+    if cos_n >= F(1) or cos_i >= F(1):
+        return F(1)
+    alpha2 = min(F(0.125) * (F(1) / (cos_n * cos_n) - F(1)), F(1))
+    return F(1) / (F(1) + smith(alpha2, cos_i)) if cos_i > F(1e-6) else F(0)

@@ -1,0 +1,242 @@
+"""The Principled BSDF: sheen over coat over metal, glass, and specular over diffuse.
+
+Each layer takes its albedo from those below. Tints, ior and weights mean what they mean in Cycles.
+"""
+
+from typing import NamedTuple
+
+from ..kernels import kernel
+from ..sampling import F, multiply, scale
+from . import diffuse, fresnel, glass, glossy, oren_nayar, sheen
+from .closures import aspect, relative_ior
+from .frames import turned
+from .inputs import WEIGHT, color, columns, factor, normal, number, positive, tangent
+from .lobe import ALBEDO, CUTOFF, get, keep, normalized
+from .normals import reflectable
+
+_P = columns("principled")
+_WHITE = (F(1), F(1), F(1))
+
+
+class _Interface(NamedTuple):
+    """What metal, glass and specular reflection share."""
+
+    n: tuple
+    alpha: tuple
+    tangent: tuple
+    multiscatter: bool
+
+
+@kernel
+def transparency(registers):
+    """The share of light that passes straight on, RGB."""
+    return scale(color(registers, WEIGHT), F(1) - factor(registers, _P.alpha))
+
+
+@kernel
+def emission(registers, point):
+    """Radiance towards wo, through sheen and coat."""
+    strength = number(registers, _P.emission_strength)
+    if strength == F(0):
+        return F(0), F(0), F(0)
+    weight = _under_coat(registers, point, _under_sheen(registers, point, _opaque(registers)))
+    return multiply(scale(color(registers, _P.emission_color), strength), weight)
+
+
+@kernel
+def add_principled(registers, point, lobes, count):
+    """Write the lobes; returns the new number of them."""
+    weight = _opaque(registers)
+    count, weight = _add_sheen(registers, point, lobes, count, weight)
+    count, weight = _add_coat(registers, point, lobes, count, weight)
+    interface = _interface(registers, point)
+    count, weight = _add_metal(registers, point, lobes, count, weight, interface)
+    count, weight = _add_glass(registers, point, lobes, count, weight, interface)
+    count, weight = _add_specular(registers, point, lobes, count, weight, interface)
+    return _add_diffuse(registers, point, lobes, count, weight)
+
+
+@kernel
+def _opaque(registers):
+    return scale(color(registers, WEIGHT), factor(registers, _P.alpha))
+
+
+@kernel
+def _under(layer, weight):
+    """The weight of what lies under a layer of this albedo, given the weight of both."""
+    taken = F(0)
+    for i in range(3):
+        if weight[i] > F(0):
+            taken = max(taken, layer[i] / weight[i])
+    return scale(weight, fresnel.saturate(F(1) - taken))
+
+
+# --- sheen -----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _sheen(registers, point, weight):
+    """Weight, normal and roughness of the sheen."""
+    n = normal(registers, _P.normal, point.n)
+    coat = factor(registers, _P.coat_weight)
+    blend = fresnel.lerp(n, normal(registers, _P.coat_normal, n), coat)
+    share = max(number(registers, _P.sheen_weight), F(0))
+    tint = multiply(weight, color(registers, _P.sheen_tint))
+    return scale(tint, share), normalized(blend, n), factor(registers, _P.sheen_roughness)
+
+
+@kernel
+def _has_sheen(registers):
+    return number(registers, _P.sheen_weight) > CUTOFF
+
+
+@kernel
+def _under_sheen(registers, point, weight):
+    if not _has_sheen(registers):
+        return weight
+    tint, n, roughness = _sheen(registers, point, weight)
+    return _under(scale(tint, sheen.albedo(n, point.wo, roughness)), weight)
+
+
+@kernel
+def _add_sheen(registers, point, lobes, count, weight):
+    if not _has_sheen(registers):
+        return count, weight
+    tint, n, roughness = _sheen(registers, point, weight)
+    sheen.setup(lobes, count, point, n, tint, roughness)
+    return keep(lobes, count), _under_sheen(registers, point, weight)
+
+
+# --- coat ------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _coat(registers, point, weight):
+    """Weight, normal, f0, ior and squared roughnesses of the coat."""
+    n = normal(registers, _P.normal, point.n)
+    n = reflectable(point.ng, point.wo, normal(registers, _P.coat_normal, n))
+    ior = max(number(registers, _P.coat_ior), F(1))
+    f0, roughness = fresnel.normal_reflectance(ior), factor(registers, _P.coat_roughness)
+    share = number(registers, _P.coat_weight)
+    return scale(weight, share), n, (f0, f0, f0), ior, (roughness * roughness, roughness * roughness)
+
+
+@kernel
+def _has_coat(registers):
+    return number(registers, _P.coat_weight) > CUTOFF
+
+
+@kernel
+def _absorbed(registers, n, wo, ior):
+    """What the coat's tint leaves of light that crosses it once; the tint is that of a path along the normal."""
+    share = number(registers, _P.coat_weight)
+    tint = color(registers, _P.coat_tint)
+    depth = F(1) / fresnel.refracted_cosine(n[0] * wo[0] + n[1] * wo[1] + n[2] * wo[2], ior)
+    return fresnel.lerp(_WHITE, (tint[0] ** depth, tint[1] ** depth, tint[2] ** depth), share)
+
+
+@kernel
+def _under_coat(registers, point, weight):
+    if not _has_coat(registers):
+        return weight
+    coat, n, f0, ior, alpha = _coat(registers, point, weight)
+    below = _under(glossy.dielectric_layer(n, point.wo, coat, f0, ior, alpha, True)[2], weight)
+    return multiply(below, _absorbed(registers, n, point.wo, ior))
+
+
+@kernel
+def _add_coat(registers, point, lobes, count, weight):
+    if not _has_coat(registers):
+        return count, weight
+    coat, n, f0, ior, alpha = _coat(registers, point, weight)
+    glossy.setup_dielectric(lobes, count, point, n, coat, f0, ior, alpha, (F(0), F(0), F(0)), True)
+    return keep(lobes, count), _under_coat(registers, point, weight)
+
+
+# --- base ------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _interface(registers, point):
+    n = normal(registers, _P.normal, point.n)
+    roughness = factor(registers, _P.roughness)
+    alpha = aspect(roughness * roughness, factor(registers, _P.anisotropic))
+    turns = number(registers, _P.anisotropic_rotation)
+    t = turned(tangent(registers, _P.tangent), n, turns)
+    multiscatter = number(registers, _P.multiscatter) != F(0)
+    return _Interface(reflectable(point.ng, point.wo, n), alpha, t, multiscatter)
+
+
+@kernel
+def _base_color(registers):
+    c = color(registers, _P.base_color)
+    return min(c[0], F(1)), min(c[1], F(1)), min(c[2], F(1))
+
+
+@kernel
+def _tinted_f0(registers, f0):
+    """Reflectance at normal incidence with the specular tint."""
+    c = scale(color(registers, _P.specular_tint), f0)
+    return fresnel.saturate(c[0]), fresnel.saturate(c[1]), fresnel.saturate(c[2])
+
+
+@kernel
+def _add_metal(registers, point, lobes, count, weight, interface):
+    share = factor(registers, _P.metallic)
+    if share <= CUTOFF:
+        return count, weight
+    edge = color(registers, _P.specular_tint)
+    edge = min(edge[0], F(1)), min(edge[1], F(1)), min(edge[2], F(1))
+    n, alpha, t, multiscatter = interface
+    f0 = _base_color(registers)
+    glossy.setup_metal(lobes, count, point, n, scale(weight, share), f0, edge, alpha, t, multiscatter)
+    return keep(lobes, count), scale(weight, F(1) - share)
+
+
+@kernel
+def _add_glass(registers, point, lobes, count, weight, interface):
+    share = factor(registers, _P.transmission)
+    if share <= CUTOFF:
+        return count, weight
+    c = _base_color(registers)
+    tints = _WHITE, (c[0] ** F(0.5), c[1] ** F(0.5), c[2] ** F(0.5))  # light that enters and leaves takes the colour once
+    ior, roughness = positive(registers, _P.ior), factor(registers, _P.roughness)
+    f0 = _tinted_f0(registers, fresnel.normal_reflectance(ior))
+    inside = relative_ior(point, ior)
+    glass.setup(lobes, count, point, interface.n, scale(weight, share), f0, inside, roughness * roughness, tints, interface.multiscatter)
+    return keep(lobes, count), scale(weight, F(1) - share)
+
+
+@kernel
+def _specular_ior(ior, level):
+    """The ior, and its reflectance at normal incidence, that the specular level makes of an ior; 0.5 leaves it as it is."""
+    f0 = fresnel.normal_reflectance(ior)
+    if level == F(0.5):
+        return ior, f0
+    f0 *= F(2) * level
+    adjusted = fresnel.ior_of(f0)
+    return F(1) / adjusted if ior < F(1) else adjusted, f0
+
+
+@kernel
+def _add_specular(registers, point, lobes, count, weight, interface):
+    level = max(number(registers, _P.specular_ior_level), F(0))
+    ior, f0 = _specular_ior(positive(registers, _P.ior), level)
+    if ior == F(1) or max(weight[0], weight[1], weight[2]) <= CUTOFF:
+        return count, weight
+    n, alpha, t, multiscatter = interface
+    tinted = _tinted_f0(registers, f0)
+    glossy.setup_dielectric(lobes, count, point, n, weight, tinted, ior, alpha, t, multiscatter)
+    return keep(lobes, count), _under(get(lobes, count, ALBEDO), weight)
+
+
+@kernel
+def _add_diffuse(registers, point, lobes, count, weight):
+    n = normal(registers, _P.normal, point.n)
+    base = color(registers, _P.base_color)
+    roughness = factor(registers, _P.diffuse_roughness)
+    if roughness < F(1e-5):
+        diffuse.setup(lobes, count, point, n, multiply(base, weight))
+    else:
+        oren_nayar.setup(lobes, count, point, n, multiply(base, weight), base, roughness)
+    return keep(lobes, count)

@@ -1,0 +1,66 @@
+"""Sheen of fine fibres: a linearly transformed cosine (Zeltner, Burley and Chiang 2022), fitted to what Cycles renders.
+
+In the frame whose first axis lies towards wo, x' = a x + b z, y' = a y, z' = z is distributed by the cosine.
+"""
+
+import math
+
+from ..kernels import kernel
+from ..sampling import INV_PI, TWO_PI, F, dot, normalize, scale, to_local, to_world
+from .energy import sheen_fit
+from .frames import frame
+from .lobe import ALPHA_X, ALPHA_Y, NORMAL, SHEEN, TANGENT, WEIGHT, get, put, write
+
+_A, _B = ALPHA_X, ALPHA_Y  # columns
+
+
+@kernel
+def albedo(n, wo, roughness):
+    """The share of light from wo that sheen scatters."""
+    return sheen_fit(dot(n, wo), max(roughness, F(1e-3)))[2]
+
+
+@kernel
+def setup(lobes, k, point, n, color, roughness):
+    """Write the lobe as row k."""
+    a, b, share = sheen_fit(dot(n, point.wo), max(roughness, F(1e-3)))
+    weight = scale(color, share)
+    write(lobes, k, SHEEN, point, n, weight, weight)
+    lobes[k, _A] = a
+    lobes[k, _B] = b
+    put(lobes, k, TANGENT, frame(n, point.wo)[0])
+
+
+@kernel
+def _local(lobes, k, wi):
+    n, tangent = get(lobes, k, NORMAL), get(lobes, k, TANGENT)
+    _, bitangent = frame(n, tangent)
+    return to_local(tangent, bitangent, n, wi)
+
+
+@kernel
+def evaluate(lobes, k, wi):
+    """f |cos|, RGB; zero below the lobe's normal."""
+    return scale(get(lobes, k, WEIGHT), pdf(lobes, k, wi))
+
+
+@kernel
+def sample(lobes, k, u, v):
+    """A direction wi with the density of `pdf`."""
+    a, b = lobes[k, _A], lobes[k, _B]
+    r, z = math.sqrt(u), math.sqrt(F(1) - u)
+    x, y = r * math.cos(TWO_PI * v), r * math.sin(TWO_PI * v)
+    n, tangent = get(lobes, k, NORMAL), get(lobes, k, TANGENT)
+    _, bitangent = frame(n, tangent)
+    return to_world(tangent, bitangent, n, normalize(((x - b * z) / a, y / a, z)))
+
+
+@kernel
+def pdf(lobes, k, wi):
+    """Density of `sample`, per solid angle."""
+    a, b, (x, y, z) = lobes[k, _A], lobes[k, _B], _local(lobes, k, wi)
+    if z <= F(0):
+        return F(0)
+    u, v = a * x + b * z, a * y
+    t = a / (u * u + v * v + z * z)
+    return INV_PI * z * t * t

@@ -1,0 +1,209 @@
+"""All that shines, in one distribution: emitting triangles by power, then lamps, then the world."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..bsdf.surface import emission
+from ..kernels import kernel
+from ..references import ref
+from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle
+from ..scene.data import SceneData, emits
+from ..scene.description import CLOSURES
+from ..scene.geometry import shading_normal
+from ..shading.evaluate import run
+from ..shading.operands import KINDS, REGISTERS, Point, Shading
+from .alias import Alias, alias_table, draw
+from .lamps import HITTABLE, lamp_table, power
+from .lamps import sample as sample_lamp
+from .world import WorldMap, sample_world, world_map, world_pdf, world_radiance
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+PROBES = 4096  # points at which the mean of an emission that varies is estimated
+
+
+class Lights(NamedTuple):
+    """Emitter i is a triangle if i < T, then a lamp if i < T + K, then the world."""
+
+    pick: Alias
+    probability: np.ndarray  # (n,) float32, of picking each emitter
+    triangle: np.ndarray  # (T,) int32, index in the scene
+    corners: np.ndarray  # (T, 3, 3) float32
+    pdf_area: np.ndarray  # (S,) float32, pdf per area of having picked a point on a surface with shader s; 0 where it does not emit
+    constant: np.ndarray  # (S,) bool, whether shader s emits the same everywhere and in all directions
+    radiance: np.ndarray  # (S, 3) float32, what it emits then
+    lamps: np.ndarray  # (K, COLUMNS) float32
+    hittable: np.ndarray  # (H,) int32, lamps that rays can hit
+    world: WorldMap
+    world_probability: np.float32  # of picking the world; 0 where it is the same everywhere, and better left to chance
+
+
+def lights(scene: SceneData, shading: Shading, surface) -> Lights:
+    """The scene's lights for the kernels."""
+    low, high = scene.bounds
+    radius = float(np.linalg.norm(high - low)) / 2
+    triangle, area = _emitting(scene)
+    constant = np.array([_is_constant(shading, s) for s in range(len(scene.shaders))], bool)
+    radiance = _mean_radiance(scene, shading, surface, triangle, area, constant)
+    weight = radiance.astype(np.float64) @ LUMINANCE
+    triangle, area = _lit(triangle, area, weight[scene.material[triangle]])
+    local = np.concatenate([2 * np.pi * area * weight[scene.material[triangle]], [power(lamp, radius) for lamp in scene.lamps]])
+    distant = np.zeros(len(local) + 1)
+    for k, lamp in enumerate(scene.lamps):
+        if lamp.kind == "sun":
+            distant[len(triangle) + k], local[len(triangle) + k] = local[len(triangle) + k], 0
+    local = np.append(local, 0)
+    world, light = _world(scene, shading)
+    distant[-1] = light * np.pi * radius**2
+    share = _halves(local, distant)
+    pdf_area = np.zeros(len(scene.shaders), np.float32)
+    pdf_area[scene.material[triangle]] = share[: len(triangle)] / np.maximum(area, 1e-30)
+    lamps = lamp_table(scene.lamps)
+    return Lights(
+        pick=alias_table(share if share.any() else np.ones(len(share))),
+        probability=share.astype(np.float32),
+        triangle=triangle,
+        corners=scene.vertices[scene.triangles[triangle]],
+        pdf_area=pdf_area,
+        constant=constant,
+        radiance=radiance,
+        lamps=lamps,
+        hittable=np.flatnonzero(lamps[:, HITTABLE]).astype(np.int32),
+        world=world,
+        world_probability=F(share[-1]),
+    )
+
+
+def _halves(local: np.ndarray, distant: np.ndarray) -> np.ndarray:
+    """Probabilities: half for what is near, half for what is far away, because their powers cannot be compared."""
+    groups = [group / group.sum() for group in (local, distant) if group.sum() > 0]
+    return np.sum(groups, axis=0) / len(groups) if groups else np.zeros(len(local))
+
+
+def _emitting(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles that may emit, and their areas."""
+    shines = np.array([any(map(emits, shader.closures)) for shader in scene.shaders], bool)
+    triangle = np.flatnonzero(shines[scene.material]).astype(np.int32)
+    corners = scene.vertices[scene.triangles[triangle]]
+    edges = (corners[:, 1:] - corners[:, :1]).astype(np.float64)
+    return triangle, 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+
+
+def _lit(triangle: np.ndarray, area: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    lit = weight > 0
+    return triangle[lit], area[lit]
+
+
+def _is_constant(shading: Shading, shader: int) -> bool:
+    first, end = shading.shaders[shader, 2:]
+    return all(_emits_evenly(shading, row) for row in shading.closures[first:end])
+
+
+def _emits_evenly(shading: Shading, row: np.ndarray) -> bool:
+    kind = KINDS[row[0]]
+    inputs = dict(zip(CLOSURES[kind], row[2:], strict=False))
+    if kind == "emission":
+        return min(row[1], inputs["color"], inputs["strength"]) >= 0
+    if kind != "principled":
+        return True
+    operands = [row[1], *(inputs[name] for name in ("emission_color", "emission_strength", "alpha", "coat_weight", "sheen_weight"))]
+    if inputs["emission_strength"] >= 0 and not shading.constants[inputs["emission_strength"]].any():
+        return True
+    return min(operands) >= 0 and not shading.constants[operands[4:]].any()
+
+
+def _mean_radiance(scene, shading, surface, triangle, area, constant) -> np.ndarray:
+    """(S, 3) float32: emission of each shader, averaged over its triangles where it varies."""
+    registers = np.zeros((REGISTERS, 3), np.float32)
+    radiance = np.zeros((len(scene.shaders), 3), np.float32)
+    for shader in np.unique(scene.material[triangle]):
+        own = np.flatnonzero(scene.material[triangle] == shader)
+        cdf = np.cumsum(area[own])
+        probes = 1 if constant[shader] else PROBES
+        chosen = own[np.searchsorted(cdf, (np.arange(probes) + 0.5) / probes * cdf[-1]).clip(max=len(own) - 1)]
+        radiance[shader] = probe(shading, surface, registers, triangle[chosen], scene.vertices[scene.triangles[triangle[chosen]]])
+    return radiance
+
+
+@kernel
+def probe(shading, surface, registers, triangles, corners):
+    """Mean emission at a random point of each of the triangles, seen from above."""
+    shading, surface = ref(shading), ref(surface)
+    r, g, b = F(0), F(0), F(0)
+    for i in range(triangles.shape[0]):
+        u, v = uniform_triangle(*uniform2(stream(0, i, 0), 0))
+        x, n, _ = on_triangle(corners, i, u, v)
+        light = triangle_radiance(shading, surface, registers, triangles[i], x, n, n, u, v, F(1), 0, 0)
+        r, g, b = r + light[0], g + light[1], b + light[2]
+    return scale((r, g, b), F(1) / F(triangles.shape[0]))
+
+
+def _world(scene: SceneData, shading: Shading) -> tuple[WorldMap, float]:
+    """A map only for a world that varies and shines."""
+    if any(map(emits, scene.world.closures)) and not _is_constant(shading, len(scene.shaders)):
+        return world_map(shading)
+    return WorldMap(alias_table(np.ones(1)), np.zeros((1, 1), np.float32)), 0.0
+
+
+@kernel
+def on_triangle(corners, i, u, v):
+    """Point, unit normal and area of triangle i at barycentrics u, v."""
+    p = corners[i]
+    a = (p[0, 0], p[0, 1], p[0, 2])
+    e, f = subtract((p[1, 0], p[1, 1], p[1, 2]), a), subtract((p[2, 0], p[2, 1], p[2, 2]), a)
+    x, y, z = e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]
+    twice = np.sqrt(x * x + y * y + z * z)
+    return add(a, add(scale(e, u), scale(f, v))), scale((x, y, z), F(1) / twice), F(0.5) * twice
+
+
+@kernel
+def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo, u, v, distance, ray, depth):
+    """What a triangle's shader emits from x towards wo; linear RGB."""
+    behind = dot(face_normal, wo) < F(0)
+    shader = surface.material[triangle]
+    n = shading_normal(surface, triangle, u, v, face_normal)
+    if behind:
+        n, face_normal = scale(n, F(-1)), scale(face_normal, F(-1))
+    object_ = surface.object[triangle]
+    point = ref(Point(x, n, face_normal, wo, triangle, object_, u, v, np.int32(behind), np.int32(ray), distance, np.int32(depth)))
+    run(shading, shader, point, registers)
+    return emission(shading, shader, point, registers)
+
+
+@kernel
+def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
+    """Pick a light and a direction towards it.
+
+    Returns (wi, distance, radiance, pdf, emitter): pdf per solid angle with that of the choice; 0 where no ray could hit the light:
+    then `radiance` is the irradiance of a surface that faces it, divided by the probability of the choice.
+    """
+    emitter, choice = draw(lights.pick, choice)
+    chance = lights.probability[emitter]
+    triangles, lamps = lights.triangle.shape[0], lights.lamps.shape[0]
+    if emitter < triangles:
+        a, b = uniform_triangle(u, v)
+        y, n, _ = on_triangle(lights.corners, emitter, a, b)
+        to_light = subtract(y, x)
+        squared = max(dot(to_light, to_light), F(1e-20))
+        distance = np.sqrt(squared)
+        wi = scale(to_light, F(1) / distance)
+        cosine = abs(dot(n, wi))
+        triangle = lights.triangle[emitter]
+        shader = surface.material[triangle]
+        if cosine <= F(1e-6):
+            return wi, distance, (F(0), F(0), F(0)), F(1), emitter
+        if lights.constant[shader]:
+            light = lights.radiance[shader, 0], lights.radiance[shader, 1], lights.radiance[shader, 2]
+        else:
+            wo = scale(wi, F(-1))
+            light = triangle_radiance(shading, surface, registers, triangle, y, n, wo, a, b, distance, 0, depth)
+        return wi, distance, light, lights.pdf_area[shader] * squared / cosine, emitter
+    if emitter < triangles + lamps:
+        wi, distance, light, pdf = sample_lamp(lights.lamps, emitter - triangles, x, u, v)
+        if pdf == F(0):
+            light = scale(light, F(1) / chance)
+        return wi, distance, light, pdf * chance, emitter
+    wi = sample_world(lights.world, u, v)
+    light = world_radiance(shading, registers, wi, 0, depth)
+    return wi, F(np.inf), light, world_pdf(lights.world, wi) * chance, emitter
+

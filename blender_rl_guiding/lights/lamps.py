@@ -1,0 +1,263 @@
+"""Lamps: points, spots, suns and areas. Every one can be sampled from a point, and hit by a ray if it has a size.
+
+A sample is (wi, distance, radiance, pdf): pdf per solid angle, 0 where no ray could hit the lamp: `radiance` is then the irradiance
+of a surface that faces it.
+"""
+
+import math
+
+import numpy as np
+
+from ..kernels import kernel
+from ..sampling import INV_PI, PI, TWO_PI, F, add, cross, dot, scale, subtract, tangents
+from ..scene.description import Lamp
+
+POINT, SPOT, SUN, AREA = range(4)
+_KINDS = ("point", "spot", "sun", "area")
+# Columns of the table of lamps.
+KIND, AXIS_X, AXIS_Y, AXIS_Z, POSITION, EMISSION, RADIUS, SOFT, CONE, SMOOTH = 0, 1, 4, 7, 10, 13, 16, 17, 18, 19
+WIDTH, HEIGHT, ELLIPSE, SPREAD, SPREAD_SCALE, VISIBILITY, SHADOW, HITTABLE, COLUMNS = 20, 21, 22, 23, 24, 25, 26, 27, 28
+NOWHERE = F(np.inf)
+DARK = (F(0), F(0), F(0))
+
+
+def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
+    """(lamps, COLUMNS) float32."""
+    table = np.zeros((len(lamps), COLUMNS), np.float32)
+    for row, lamp in zip(table, lamps, strict=True):
+        axes = np.array(lamp.to_world)[:3]
+        row[[KIND, RADIUS, SOFT, WIDTH, HEIGHT, ELLIPSE]] = _KINDS.index(lamp.kind), lamp.radius, lamp.soft, lamp.width, lamp.height, lamp.ellipse
+        row[AXIS_X:EMISSION] = axes.T.ravel()
+        row[EMISSION:RADIUS] = lamp.emission
+        row[CONE], row[SMOOTH] = _cone(lamp)
+        row[SPREAD], row[SPREAD_SCALE] = _spread(lamp)
+        size = lamp.width * lamp.height if lamp.kind == "area" else lamp.radius
+        row[[VISIBILITY, SHADOW, HITTABLE]] = lamp.visibility, lamp.shadow, lamp.mis and size > 0
+    return table
+
+
+def power(lamp: Lamp, scene_radius: float) -> float:
+    """About what it sends into the scene, as luminance; only ratios matter."""
+    luminance = float(np.dot(lamp.emission, (0.2126, 0.7152, 0.0722)))
+    if lamp.kind == "area":
+        return luminance * math.pi * lamp.width * lamp.height * (math.pi / 4 if lamp.ellipse else 1)
+    if lamp.kind == "sun":
+        return luminance * math.pi * scene_radius**2
+    return luminance * (2 * math.pi * (1 - math.cos(lamp.cone)) if lamp.kind == "spot" else 4 * math.pi)
+
+
+def _cone(lamp: Lamp) -> tuple[float, float]:
+    """Cosine at the edge of a spot's cone, and what the distance from it is scaled by before it is smoothed."""
+    edge = math.cos(lamp.cone)
+    return edge, 1 / max((1 - edge) * lamp.blend, 1e-6)
+
+
+def _spread(lamp: Lamp) -> tuple[float, float]:
+    """Tangent of half the spread, and the factor that keeps the power; 0 where there is no limit."""
+    half = lamp.spread / 2
+    if half > math.pi / 2 - 1e-3:
+        return 0.0, 1.0
+    return math.tan(half), 1 / max(math.tan(half) - half, 1e-10)
+
+
+@kernel
+def _three(lamps, k, column):
+    return lamps[k, column], lamps[k, column + 1], lamps[k, column + 2]
+
+
+@kernel
+def sample(lamps, k, x, u, v):
+    """A direction from x towards lamp k: (wi, distance, radiance, pdf); see the top of this file."""
+    kind = lamps[k, KIND]
+    if kind == F(SUN):
+        return _sample_sun(lamps, k, u, v)
+    if kind == F(AREA):
+        return _sample_area(lamps, k, x, u, v)
+    return _sample_ball(lamps, k, x, u, v)
+
+
+@kernel
+def hit(lamps, k, origin, wi):
+    """What a ray meets of lamp k: distance (NOWHERE if it misses), radiance, and the pdf of `sample` for it."""
+    kind = lamps[k, KIND]
+    if kind == F(SUN):
+        return _hit_sun(lamps, k, wi)
+    if kind == F(AREA):
+        return _hit_area(lamps, k, origin, wi)
+    return _hit_disc(lamps, k, origin, wi) if lamps[k, SOFT] > F(0) else _hit_ball(lamps, k, origin, wi)
+
+
+# --- points and spots ------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _ball_radiance(lamps, k, wi):
+    """Radiance of a point or spot with a radius; without, its intensity."""
+    emission = _three(lamps, k, EMISSION)
+    r = lamps[k, RADIUS]
+    if r > F(0):
+        emission = scale(emission, INV_PI / (r * r))
+    if lamps[k, KIND] == F(SPOT):
+        inside = (dot(_three(lamps, k, AXIS_Z), wi) - lamps[k, CONE]) * lamps[k, SMOOTH]
+        t = min(max(inside, F(0)), F(1))
+        emission = scale(emission, t * t * (F(3) - F(2) * t))
+    return emission
+
+
+@kernel
+def _sample_ball(lamps, k, x, u, v):
+    centre, r = _three(lamps, k, POSITION), lamps[k, RADIUS]
+    to_centre = subtract(centre, x)
+    squared = max(dot(to_centre, to_centre), F(1e-12))
+    distance = math.sqrt(squared)
+    axis = scale(to_centre, F(1) / distance)
+    if r == F(0):
+        return axis, distance, scale(_ball_radiance(lamps, k, axis), F(1) / squared), F(0)
+    t, b = tangents(axis)
+    if lamps[k, SOFT] > F(0):
+        rho, phi = r * math.sqrt(u), TWO_PI * v
+        y = add(to_centre, add(scale(t, rho * math.cos(phi)), scale(b, rho * math.sin(phi))))
+        far = math.sqrt(dot(y, y))
+        wi = scale(y, F(1) / far)
+        return wi, far, _ball_radiance(lamps, k, wi), far * far * INV_PI / (r * r * dot(axis, wi))
+    if distance <= r:  # from within, everything is in view
+        z, phi = F(1) - F(2) * u, TWO_PI * v
+        rho = math.sqrt(max(F(0), F(1) - z * z))
+        wi = (rho * math.cos(phi), rho * math.sin(phi), z)
+        return wi, _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), F(0.25) * INV_PI
+    opening = _opening(r, distance)
+    cosine, phi = F(1) - u * opening, TWO_PI * v
+    sine = math.sqrt(max(F(0), F(1) - cosine * cosine))
+    wi = add(scale(axis, cosine), add(scale(t, sine * math.cos(phi)), scale(b, sine * math.sin(phi))))
+    return wi, _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), F(1) / (TWO_PI * opening)
+
+
+@kernel
+def _opening(r, distance):
+    """1 - cos of the half angle that a ball of radius r covers at a distance; well rounded for small balls."""
+    squared = min(r * r / (distance * distance), F(1))
+    return squared / (F(1) + math.sqrt(F(1) - squared))
+
+
+@kernel
+def _ball_distance(to_centre, r, wi):
+    """Where a ray from the origin first leaves or enters the ball; its closest approach where rounding makes it miss."""
+    along = dot(to_centre, wi)
+    aside = subtract(to_centre, scale(wi, along))
+    half = math.sqrt(max(F(0), r * r - dot(aside, aside)))
+    return along - half if along > half else along + half
+
+
+@kernel
+def _hit_ball(lamps, k, origin, wi):
+    r, to_centre = lamps[k, RADIUS], subtract(_three(lamps, k, POSITION), origin)
+    along = dot(to_centre, wi)
+    aside = subtract(to_centre, scale(wi, along))
+    squared = dot(to_centre, to_centre)
+    inside = squared <= r * r
+    if dot(aside, aside) > r * r or (along < F(0) and not inside):
+        return NOWHERE, DARK, F(0)
+    pdf = F(0.25) * INV_PI if inside else F(1) / (TWO_PI * _opening(r, math.sqrt(squared)))
+    return _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), pdf
+
+
+@kernel
+def _hit_disc(lamps, k, origin, wi):
+    r, to_centre = lamps[k, RADIUS], subtract(_three(lamps, k, POSITION), origin)
+    squared = dot(to_centre, to_centre)
+    along = dot(to_centre, wi)
+    if along <= F(0) or squared == F(0):
+        return NOWHERE, DARK, F(0)
+    distance = squared / along  # to the plane through the centre, across the line to it
+    aside = subtract(to_centre, scale(wi, distance))
+    if dot(aside, aside) > r * r:
+        return NOWHERE, DARK, F(0)
+    cosine = along / math.sqrt(squared)
+    return distance, _ball_radiance(lamps, k, wi), distance * distance * INV_PI / (r * r * cosine)
+
+
+# --- suns ------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _sample_sun(lamps, k, u, v):
+    axis, angle = _three(lamps, k, AXIS_Z), lamps[k, RADIUS]
+    if angle == F(0):
+        return axis, NOWHERE, _three(lamps, k, EMISSION), F(0)
+    t, b = tangents(axis)
+    opening = F(2) * math.sin(F(0.5) * angle) ** F(2)
+    cosine, phi = F(1) - u * opening, TWO_PI * v
+    sine = math.sqrt(max(F(0), F(1) - cosine * cosine))
+    wi = add(scale(axis, cosine), add(scale(t, sine * math.cos(phi)), scale(b, sine * math.sin(phi))))
+    return wi, NOWHERE, _sun_radiance(lamps, k), F(1) / (TWO_PI * opening)
+
+
+@kernel
+def _sun_radiance(lamps, k):
+    """So that a surface facing the middle of the disc receives the irradiance given."""
+    sine = math.sin(lamps[k, RADIUS])
+    return scale(_three(lamps, k, EMISSION), INV_PI / (sine * sine))
+
+
+@kernel
+def _hit_sun(lamps, k, wi):
+    axis = _three(lamps, k, AXIS_Z)
+    aside = cross(axis, wi)
+    sine = math.sin(lamps[k, RADIUS])
+    if dot(axis, wi) <= F(0) or dot(aside, aside) > sine * sine:
+        return NOWHERE, DARK, F(0)
+    opening = F(2) * math.sin(F(0.5) * lamps[k, RADIUS]) ** F(2)
+    return F(3e38), _sun_radiance(lamps, k), F(1) / (TWO_PI * opening)
+
+
+# --- areas -----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _area(lamps, k):
+    return lamps[k, WIDTH] * lamps[k, HEIGHT] * (F(0.25) * PI if lamps[k, ELLIPSE] > F(0) else F(1))
+
+
+@kernel
+def _area_radiance(lamps, k, cosine):
+    """Radiance at an angle from the axis; with a spread, that of a softbox with a grid."""
+    emission = _three(lamps, k, EMISSION)
+    if lamps[k, SPREAD] == F(0):
+        return emission
+    tangent = math.sqrt(max(F(0), F(1) - cosine * cosine)) / cosine
+    return scale(emission, max(F(0), lamps[k, SPREAD] - tangent) * lamps[k, SPREAD_SCALE])
+
+
+@kernel
+def _sample_area(lamps, k, x, u, v):
+    a, b = u - F(0.5), v - F(0.5)
+    if lamps[k, ELLIPSE] > F(0):
+        rho, phi = F(0.5) * math.sqrt(u), TWO_PI * v
+        a, b = rho * math.cos(phi), rho * math.sin(phi)
+    centre = subtract(_three(lamps, k, POSITION), x)
+    y = add(centre, add(scale(_three(lamps, k, AXIS_X), a * lamps[k, WIDTH]), scale(_three(lamps, k, AXIS_Y), b * lamps[k, HEIGHT])))
+    squared = max(dot(y, y), F(1e-12))
+    distance = math.sqrt(squared)
+    wi = scale(y, F(1) / distance)
+    cosine = dot(_three(lamps, k, AXIS_Z), wi)
+    if cosine <= F(1e-6):
+        return wi, distance, DARK, F(1)
+    return wi, distance, _area_radiance(lamps, k, cosine), squared / (cosine * _area(lamps, k))
+
+
+@kernel
+def _hit_area(lamps, k, origin, wi):
+    cosine = dot(_three(lamps, k, AXIS_Z), wi)
+    to_centre = subtract(_three(lamps, k, POSITION), origin)
+    along = dot(to_centre, _three(lamps, k, AXIS_Z))
+    if cosine <= F(1e-6) or along <= F(0):
+        return NOWHERE, DARK, F(0)
+    distance = along / cosine
+    aside = subtract(scale(wi, distance), to_centre)
+    a, b = dot(aside, _three(lamps, k, AXIS_X)) / lamps[k, WIDTH], dot(aside, _three(lamps, k, AXIS_Y)) / lamps[k, HEIGHT]
+    inside = a * a + b * b <= F(0.25) if lamps[k, ELLIPSE] > F(0) else max(abs(a), abs(b)) <= F(0.5)
+    if not inside:
+        return NOWHERE, DARK, F(0)
+    return distance, _area_radiance(lamps, k, cosine), distance * distance / (cosine * _area(lamps, k))
+
+

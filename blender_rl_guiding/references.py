@@ -1,0 +1,67 @@
+"""Named tuples by reference, for kernels.
+
+Numba passes a tuple as one argument for each number in it, and an array as nine: with all that a scene consists of this made compiling
+three times as long. `ref(x)` keeps a named tuple in memory and passes its address; its fields are read as always, `r.field`, those that
+are named tuples by reference again. Arrays read that way are borrowed, not counted, so that threads do not contend for the counts.
+"""
+
+from numba import types
+from numba.core import cgutils
+from numba.core.datamodel import models
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, register_model
+
+
+class Ref(types.Type):
+    """The address of a named tuple that lives until the kernel that made it returns."""
+
+    def __init__(self, pointee: types.BaseNamedTuple) -> None:
+        self.pointee = pointee
+        super().__init__(f"Ref({pointee})")
+
+
+@register_model(Ref)
+class _RefModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type) -> None:
+        super().__init__(dmm, fe_type, dmm.lookup(fe_type.pointee).get_value_type().as_pointer())
+
+
+@intrinsic
+def ref(typingctx, value):
+    """The address of a named tuple; of what is an address already, itself."""
+    if isinstance(value, Ref):
+        return value(value), lambda context, builder, signature, args: args[0]
+
+    def codegen(context, builder, signature, args):
+        place = cgutils.alloca_once(builder, args[0].type)
+        builder.store(args[0], place)
+        return place
+
+    return Ref(value)(value), codegen
+
+
+@infer_getattr
+class _RefFields(AttributeTemplate):
+    key = Ref
+
+    def generic_resolve(self, typ, attr):
+        if attr not in typ.pointee.fields:
+            return None
+        field = typ.pointee[typ.pointee.fields.index(attr)]
+        return Ref(field) if isinstance(field, types.BaseNamedTuple) else field
+
+
+@lower_getattr_generic(Ref)
+def _field(context, builder, typ, value, attr):
+    index = typ.pointee.fields.index(attr)
+    field = typ.pointee[index]
+    place = cgutils.gep_inbounds(builder, value, 0, index)
+    if isinstance(field, types.BaseNamedTuple):
+        return place
+    loaded = builder.load(place)
+    if isinstance(field, types.Array):
+        array = context.make_array(field)(context, builder, loaded)
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)
+        array.parent = cgutils.get_null_value(array.parent.type)
+        loaded = array._getvalue()
+    return loaded

@@ -1,0 +1,99 @@
+"""All of a scene that the kernels see, and the memory of one thread."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..bsdf.surface import COLUMNS, LOBES
+from ..guiding.base import Transitions, empty_transitions
+from ..lights.emitters import Lights, lights
+from ..scene.camera import Lens, lens
+from ..scene.data import SceneData
+from ..scene.geometry import Geometry, Rays, Surface, rays
+from ..scene.description import CLOSURES
+from ..shading.operands import KINDS, REGISTERS, Shading
+from ..shading.program import compile_shaders
+from ..settings import Render
+
+
+ALPHA = list(CLOSURES["principled"]).index("alpha")
+
+
+class Stage(NamedTuple):
+    """The scene in the kernels' terms."""
+
+    lens: Lens
+    surface: Surface
+    shading: Shading
+    lights: Lights
+    see_through: np.ndarray  # (S,) bool, whether a shader may let light pass straight
+    any_see_through: bool
+    width: int  # pixels
+
+
+class Limits(NamedTuple):
+    """When paths end, and how lights are found."""
+
+    total: int
+    diffuse: int
+    glossy: int
+    transmission: int
+    transparent: int
+    roulette: int  # scattering events before Russian roulette
+    nee: bool
+    blind_lamps: bool  # whether there are lamps that only next-event estimation can find
+    transparent_film: bool
+
+
+class Scratch(NamedTuple):
+    """The memory that one thread computes in."""
+
+    rays: Rays
+    registers: np.ndarray  # (256, 3) float32
+    lobes: np.ndarray  # (LOBES, COLUMNS) float32
+    transitions: Transitions
+    counts: np.ndarray  # (3,) int64: rays cast, vertices that could be recorded, transitions recorded
+
+
+def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
+    """The stage, and what must live as long as it is used. InputError where a shader cannot be compiled."""
+    shading = compile_shaders(scene)
+    geometry = Geometry(scene)
+    see_through = np.array([_sees_through(shading, s) for s in range(len(scene.shaders))], bool)
+    found = lights(scene, shading, geometry.surface)
+    stage = Stage(lens(scene), geometry.surface, shading, found, see_through, bool(see_through.any()), scene.camera.width)
+    return stage, geometry
+
+
+def _sees_through(shading: Shading, shader: int) -> bool:
+    first, end = shading.shaders[shader, 2:]
+    return any(KINDS[row[0]] == "transparent" or (KINDS[row[0]] == "principled" and _has_alpha(shading, row)) for row in shading.closures[first:end])
+
+
+def _has_alpha(shading: Shading, row: np.ndarray) -> bool:
+    operand = row[2 + ALPHA]
+    return operand < 0 or shading.constants[operand, 0] < 1
+
+
+def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
+    """The scene's limits, or the settings' own in place of all of them."""
+    bounces, most = scene.bounces, settings.max_bounces
+    kinds = (bounces.total, bounces.diffuse, bounces.glossy, bounces.transmission) if most < 0 else (most,) * 4
+    blind = len(stage.lights.hittable) < len(stage.lights.lamps)
+    return Limits(*kinds, bounces.transparent, bounces.roulette, settings.nee, blind, scene.film.transparent)
+
+
+def wants_passes(scene: SceneData, settings: Render) -> bool:
+    """Whether more than the image is needed of each path."""
+    return settings.passes or settings.denoise or scene.film.transparent
+
+
+def scratch(transitions: int) -> Scratch:
+    """Memory for a thread that records up to so many transitions in one call."""
+    return Scratch(
+        rays(),
+        np.zeros((REGISTERS, 3), np.float32),
+        np.zeros((LOBES, COLUMNS), np.float32),
+        empty_transitions(transitions),
+        np.zeros(3, np.int64),
+    )

@@ -1,0 +1,134 @@
+"""The ops of shader code: what an `Instruction` may be, for the add-on that writes them and the kernels that run them.
+
+Standard library only, because the add-on checks what it exports inside Blender's own Python (3.11 or newer).
+
+All values are triples: a colour, a vector, or a number three times. Nothing is converted silently: a colour becomes a number by
+`luminance`, a vector by `average`; a number needs nothing to become a colour or a vector. Modes have the names that Blender's
+nodes give them. Ops with a `scale` socket in Blender take the vector already scaled, so that no op needs more than five inputs.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+MAX_INPUTS = 5
+MAX_OPTIONS = 4
+
+Light = IntEnum("Light", "IS_CAMERA_RAY IS_SHADOW_RAY IS_DIFFUSE_RAY IS_GLOSSY_RAY IS_TRANSMISSION_RAY RAY_LENGTH RAY_DEPTH", start=0)
+# The first twenty of both are the same operations, and vectors do them by components.
+Math = IntEnum(
+    "Math",
+    "ADD SUBTRACT MULTIPLY DIVIDE MULTIPLY_ADD MINIMUM MAXIMUM ABSOLUTE SIGN ROUND FLOOR CEIL FRACT SNAP WRAP MODULO POWER SINE COSINE "
+    "TANGENT TRUNC FLOORED_MODULO PINGPONG LESS_THAN GREATER_THAN COMPARE SMOOTH_MIN SMOOTH_MAX LOGARITHM SQRT INVERSE_SQRT EXPONENT "
+    "ARCSINE ARCCOSINE ARCTANGENT ARCTAN2 SINH COSH TANH RADIANS DEGREES",
+    start=0,
+)
+VectorMath = IntEnum(
+    "VectorMath",
+    "ADD SUBTRACT MULTIPLY DIVIDE MULTIPLY_ADD MINIMUM MAXIMUM ABSOLUTE SIGN ROUND FLOOR CEIL FRACTION SNAP WRAP MODULO POWER SINE COSINE "
+    "TANGENT CROSS_PRODUCT PROJECT REFLECT REFRACT FACEFORWARD DOT_PRODUCT DISTANCE LENGTH SCALE NORMALIZE",
+    start=0,
+)
+Blend = IntEnum(
+    "Blend",
+    "MIX DARKEN MULTIPLY BURN LIGHTEN SCREEN DODGE ADD OVERLAY SOFT_LIGHT LINEAR_LIGHT DIFFERENCE EXCLUSION SUBTRACT DIVIDE HUE "
+    "SATURATION COLOR VALUE",
+    start=0,
+)
+Space = IntEnum("Space", "RGB HSV HSL", start=0)
+Clamp = IntEnum("Clamp", "MINMAX RANGE", start=0)
+Ease = IntEnum("Ease", "LINEAR SMOOTHSTEP SMOOTHERSTEP", start=0)
+Mapping = IntEnum("Mapping", "POINT TEXTURE VECTOR NORMAL", start=0)
+Weight = IntEnum("Weight", "FRESNEL FACING", start=0)
+Gradient = IntEnum("Gradient", "LINEAR QUADRATIC EASING DIAGONAL SPHERICAL QUADRATIC_SPHERE RADIAL", start=0)
+Result = IntEnum("Result", "FACTOR COLOR", start=0)  # which output of a texture node
+
+# Options that are not places in arrays.
+Extension = IntEnum("Extension", "REPEAT EXTEND CLIP MIRROR", start=0)
+Interpolation = IntEnum("Interpolation", "LINEAR CLOSEST", start=0)
+Projection = IntEnum("Projection", "EQUIRECTANGULAR MIRROR_BALL", start=0)
+# How an image's colours depend on its alpha. Cycles multiplies by it, and divides again where a node's Alpha socket is in use:
+# PREMULTIPLIED if the socket has no link, STRAIGHT if it has; PACKED (also for images without alpha) leaves colours alone.
+Alpha = IntEnum("Alpha", "PREMULTIPLIED STRAIGHT PACKED", start=0)
+
+
+class Op(NamedTuple):
+    """What an instruction must look like. Inputs named `normal` come last and may be left out: then they are the shading normal."""
+
+    inputs: tuple[str, ...] = ()
+    modes: type[IntEnum] | None = None  # names of the modes; None where there is but one, the empty string
+    options: tuple[str, ...] = ()
+    pure: bool = True  # whether the value depends on nothing but inputs and options
+
+
+def _op(inputs: str = "", modes: type[IntEnum] | None = None, options: str = "", pure: bool = True) -> Op:
+    return Op(tuple(inputs.split()), modes, tuple(options.split()), pure)
+
+
+# Options: `texture`, `table`, `attribute` (tangent, sign) and `object_attribute` (x_axis, y_axis, z_axis) are places in the scene's
+# arrays of these names; the others are flags, 0 or 1, or one of the enumerations above.
+OPS: dict[str, Op] = {
+    # --- the point; vectors are in world space. For the world, position is the direction of the ray, and normals are its opposite.
+    "position": _op(pure=False),
+    "normal": _op(pure=False),  # the shading normal, on the side that the ray comes from
+    "true_normal": _op(pure=False),
+    "incoming": _op(pure=False),  # towards where the ray comes from
+    "parametric": _op(pure=False),
+    "backfacing": _op(pure=False),
+    "light_path": _op(modes=Light, pure=False),
+    "attribute": _op(options="attribute", pure=False),
+    "object_attribute": _op(options="object_attribute", pure=False),
+    "tangent": _op(options="attribute", pure=False),  # the attribute, a direction in world space, made perpendicular to the normal
+    "transform": _op("vector", options="x_axis y_axis z_axis", pure=False),  # a direction, into axes that are object attributes
+    # --- textures; uv has its origin at the bottom left
+    "image": _op("vector", options="texture extension interpolation alpha"),
+    "image_alpha": _op("vector", options="texture extension interpolation"),
+    "environment": _op("direction", options="texture projection interpolation"),
+    "ramp": _op("factor", options="table interpolate"),
+    "ramp_alpha": _op("factor", options="table interpolate"),
+    "curves": _op("factor color", options="table extrapolate"),  # each channel by its column of the table, which covers 0..1
+    "float_curve": _op("factor value", options="table extrapolate"),  # by the first column
+    # --- arithmetic
+    "math": _op("a b c", Math, "clamp"),  # results of all modes are numbers
+    "vector_math": _op("a b c scale", VectorMath),
+    "clamp": _op("value minimum maximum", Clamp),
+    "map_range": _op("value from_min from_max to_min to_max", Ease, "clamp"),  # by components. STEPPED: to 0..1, then steps, then from 0..1
+    "steps": _op("factor steps"),
+    "mapping": _op("vector location rotation scale", Mapping),
+    "component": _op("vector", options="index"),
+    "average": _op("vector"),
+    # --- colours
+    "luminance": _op("color"),
+    "mix": _op("factor a b", Blend, "clamp_factor clamp_result"),  # MIX by components, so that the factor may be a vector
+    "invert": _op("factor color"),
+    "gamma": _op("color gamma"),
+    "bright_contrast": _op("color bright contrast"),
+    "hsv": _op("hue saturation value factor color"),
+    "separate": _op("color", Space),
+    "combine": _op("a b c", Space),
+    # --- what depends on the angle
+    "fresnel": _op("ior normal", pure=False),
+    "layer_weight": _op("blend normal", Weight, pure=False),
+    # --- normals
+    "normal_map": _op("color strength", options="tangent sign", pure=False),  # the tangent in world space, as mikktspace makes it
+    "normal_map_object": _op("color strength", options="x_axis y_axis z_axis", pure=False),  # axes of the inverse transpose
+    "normal_map_world": _op("color strength", pure=False),
+    "bump": _op("height strength distance normal", options="invert", pure=False),
+    # --- procedural textures
+    "checker": _op("vector color1 color2", Result),
+    "gradient": _op("vector", Gradient),
+    "white_noise": _op("vector", Result, "dimensions"),  # 1 to 3 dimensions; with 1, w is the vector's x
+    "noise": _op("vector detail roughness lacunarity distortion", Result, "dimensions normalize"),  # fBM alone
+}
+
+
+def fault(op: str, mode: str, inputs: int, options: int) -> str:
+    """What is wrong with an instruction of this shape, in a few words; empty if nothing is."""
+    if op not in OPS:
+        return "there is no such op"
+    names, modes, wanted, _ = OPS[op]
+    if mode not in (modes.__members__ if modes else ("",)):
+        return f"there is no mode {mode!r}"
+    least = len(names) - (names[-1:] == ("normal",))
+    if not least <= inputs <= len(names):
+        return f"{inputs} inputs instead of {names}"
+    return "" if options == len(wanted) else f"{options} options instead of {wanted}"

@@ -1,0 +1,1 @@
+"""Shaders as programs: what a surface looks like at a point, computed from textures, attributes and arithmetic."""

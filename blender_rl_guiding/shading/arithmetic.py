@@ -1,0 +1,346 @@
+"""Numbers and vectors: the Math, Vector Math, Clamp, Map Range and Mapping nodes.
+
+What has no value in the reals (a quotient by zero, a root of a negative number) is 0, as in Cycles.
+"""
+
+import math
+
+import numpy as np
+
+from ..kernels import kernel
+from ..sampling import PI, F, add, dot, multiply, normalize, scale, subtract
+from ..scene.ops import Clamp, Ease, Mapping, Math, VectorMath
+
+BY_COMPONENTS = VectorMath.TANGENT.value  # the last of the vector operations that Math has too, at the same place
+ROUNDING, CURVES, ANGLES = Math.ROUND.value, Math.TRUNC.value, Math.LOGARITHM.value  # where groups of operations begin
+EPSILON = F(2**-23)
+
+
+# --- numbers ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def divide(a, b):
+    """a / b."""
+    return a / b if b != F(0) else F(0)
+
+
+@kernel
+def saturate(a):
+    """The nearest number in 0..1."""
+    return min(max(a, F(0)), F(1))
+
+
+@kernel
+def lerp(a, b, t):
+    """a where t is 0, b where it is 1."""
+    return a + t * (b - a)
+
+
+@kernel
+def sign(a):
+    """-1, 0 or 1."""
+    return F(a > F(0)) - F(a < F(0))
+
+
+@kernel
+def power(a, b):
+    """a ^ b."""
+    if a < F(0) and b != np.floor(b):
+        return F(0)
+    return a**b
+
+
+@kernel
+def wrap(a, high, low):
+    """The number in low..high that differs from a by a multiple of their distance."""
+    width = high - low
+    return a - width * np.floor((a - low) / width) if width != F(0) else low
+
+
+@kernel
+def ping_pong(a, b):
+    """A triangle wave between 0 and b, through 0 at 0."""
+    if b == F(0):
+        return F(0)
+    t = (a - b) / (b * F(2))
+    return abs((t - np.floor(t)) * b * F(2) - b)
+
+
+@kernel
+def smooth_minimum(a, b, width):
+    """The lesser of both, with the corner where they meet rounded off over a distance."""
+    if width == F(0):
+        return min(a, b)
+    h = max(width - abs(a - b), F(0)) / width
+    return min(a, b) - h * h * h * width * F(1 / 6)
+
+
+@kernel
+def logarithm(a, base):
+    """The logarithm of a."""
+    if a <= F(0) or base <= F(0):
+        return F(0)
+    return divide(math.log(a), math.log(base))
+
+
+@kernel
+def _basic(mode, a, b, c):
+    if mode == Math.ADD:
+        return a + b
+    if mode == Math.SUBTRACT:
+        return a - b
+    if mode == Math.MULTIPLY:
+        return a * b
+    if mode == Math.DIVIDE:
+        return divide(a, b)
+    if mode == Math.MULTIPLY_ADD:
+        return a * b + c
+    if mode == Math.MINIMUM:
+        return min(a, b)
+    if mode == Math.MAXIMUM:
+        return max(a, b)
+    if mode == Math.ABSOLUTE:
+        return abs(a)
+    return sign(a)
+
+
+@kernel
+def _rounding(mode, a, b, c):
+    if mode == Math.ROUND:
+        return np.floor(a + F(0.5))
+    if mode == Math.FLOOR:
+        return np.floor(a)
+    if mode == Math.CEIL:
+        return np.ceil(a)
+    if mode == Math.FRACT:
+        return a - np.floor(a)
+    if mode == Math.SNAP:
+        return np.floor(divide(a, b)) * b
+    if mode == Math.WRAP:
+        return wrap(a, b, c)
+    if mode == Math.MODULO:
+        return np.fmod(a, b) if b != F(0) else F(0)
+    if mode == Math.POWER:
+        return power(a, b)
+    if mode == Math.SINE:
+        return math.sin(a)
+    if mode == Math.COSINE:
+        return math.cos(a)
+    return math.tan(a)
+
+
+@kernel
+def _curves(mode, a, b, c):
+    if mode == Math.TRUNC:
+        return np.trunc(a)
+    if mode == Math.FLOORED_MODULO:
+        return a - np.floor(a / b) * b if b != F(0) else F(0)
+    if mode == Math.PINGPONG:
+        return ping_pong(a, b)
+    if mode == Math.LESS_THAN:
+        return F(a < b)
+    if mode == Math.GREATER_THAN:
+        return F(a > b)
+    if mode == Math.COMPARE:
+        return F(a == b or abs(a - b) <= max(c, EPSILON))
+    if mode == Math.SMOOTH_MIN:
+        return smooth_minimum(a, b, c)
+    return -smooth_minimum(-a, -b, c)
+
+
+@kernel
+def _angles(mode, a, b):
+    if mode == Math.ARCSINE:
+        return math.asin(min(max(a, F(-1)), F(1)))
+    if mode == Math.ARCCOSINE:
+        return math.acos(min(max(a, F(-1)), F(1)))
+    if mode == Math.ARCTANGENT:
+        return math.atan(a)
+    if mode == Math.ARCTAN2:
+        return math.atan2(a, b)
+    if mode == Math.SINH:
+        return math.sinh(a)
+    if mode == Math.COSH:
+        return math.cosh(a)
+    if mode == Math.TANH:
+        return math.tanh(a)
+    if mode == Math.RADIANS:
+        return a * (PI / F(180))
+    return a * (F(180) / PI)
+
+
+@kernel
+def _transcendental(mode, a, b):
+    if mode == Math.LOGARITHM:
+        return logarithm(a, b)
+    if mode == Math.SQRT:
+        return math.sqrt(max(a, F(0)))
+    if mode == Math.INVERSE_SQRT:
+        return F(1) / math.sqrt(a) if a > F(0) else F(0)
+    if mode == Math.EXPONENT:
+        return math.exp(a)
+    return _angles(mode, a, b)
+
+
+@kernel
+def number_math(mode, a, b, c):
+    """The Math node, before its clamp."""
+    if mode < ROUNDING:
+        return _basic(mode, a, b, c)
+    if mode < CURVES:
+        return _rounding(mode, a, b, c)
+    if mode < ANGLES:
+        return _curves(mode, a, b, c)
+    return _transcendental(mode, a, b)
+
+
+# --- vectors ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def cross(a, b):
+    """The vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@kernel
+def unit(a):
+    """The unit vector along a; zero stays zero."""
+    return normalize(a) if dot(a, a) > F(0) else a
+
+
+@kernel
+def refract(a, n, eta):
+    """The direction a after a surface whose unit normal is n; zero where the reflection is total."""
+    cosine = dot(n, a)
+    k = F(1) - eta * eta * (F(1) - cosine * cosine)
+    if k < F(0):
+        return F(0), F(0), F(0)
+    return subtract(scale(a, eta), scale(n, eta * cosine + math.sqrt(k)))
+
+
+@kernel
+def _vector(mode, a, b, c, factor):
+    if mode == VectorMath.CROSS_PRODUCT:
+        return cross(a, b)
+    if mode == VectorMath.PROJECT:
+        return scale(b, divide(dot(a, b), dot(b, b)))
+    if mode == VectorMath.REFLECT:
+        n = unit(b)
+        return subtract(a, scale(n, F(2) * dot(a, n)))
+    if mode == VectorMath.REFRACT:
+        return refract(a, unit(b), factor)
+    if mode == VectorMath.FACEFORWARD:
+        return a if dot(c, b) < F(0) else scale(a, F(-1))
+    if mode == VectorMath.SCALE:
+        return scale(a, factor)
+    return unit(a)
+
+
+@kernel
+def vector_math(mode, a, b, c, factor):
+    """The Vector Math node; what has a number as its result gives it three times."""
+    if mode <= BY_COMPONENTS:
+        return number_math(mode, a[0], b[0], c[0]), number_math(mode, a[1], b[1], c[1]), number_math(mode, a[2], b[2], c[2])
+    if mode == VectorMath.DOT_PRODUCT:
+        x = dot(a, b)
+    elif mode == VectorMath.DISTANCE:
+        d = subtract(a, b)
+        x = math.sqrt(dot(d, d))
+    elif mode == VectorMath.LENGTH:
+        x = math.sqrt(dot(a, a))
+    else:
+        return _vector(mode, a, b, c, factor)
+    return x, x, x
+
+
+# --- ranges ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def clamp(mode, a, low, high):
+    """The Clamp node: RANGE takes the bounds in either order."""
+    if mode == Clamp.RANGE and low > high:
+        return min(max(a, high), low)
+    return min(max(a, low), high)
+
+
+@kernel
+def ease(mode, t):
+    """A way from 0 to 1."""
+    if mode == Ease.LINEAR:
+        return t
+    t = saturate(t)
+    if mode == Ease.SMOOTHSTEP:
+        return t * t * (F(3) - F(2) * t)
+    return t * t * t * (t * (t * F(6) - F(15)) + F(10))
+
+
+@kernel
+def map_range(mode, clamped, a, from_low, from_high, to_low, to_high):
+    """The Map Range node; 0 where the range has no width."""
+    x = lerp(to_low, to_high, ease(mode, divide(a - from_low, from_high - from_low))) if from_low != from_high else F(0)
+    return clamp(Clamp.RANGE.value, x, to_low, to_high) if clamped else x
+
+
+@kernel
+def map_ranges(mode, clamped, a, from_low, from_high, to_low, to_high):
+    """The Map Range node by components."""
+    return (
+        map_range(mode, clamped, a[0], from_low[0], from_high[0], to_low[0], to_high[0]),
+        map_range(mode, clamped, a[1], from_low[1], from_high[1], to_low[1], to_high[1]),
+        map_range(mode, clamped, a[2], from_low[2], from_high[2], to_low[2], to_high[2]),
+    )
+
+
+@kernel
+def stair(a, count):
+    """The step of a number of steps from 0 to 1."""
+    return np.floor(a * (count + F(1))) / count if count > F(0) else F(0)
+
+
+@kernel
+def steps(a, count):
+    """Stairs from 0 to 1, as Map Range's Stepped has them, by components."""
+    return stair(a[0], count[0]), stair(a[1], count[1]), stair(a[2], count[2])
+
+
+# --- coordinates -----------------------------------------------------------------------------------------------------
+
+
+@kernel
+def rotation(angles):
+    """The columns of the matrix that turns around x, then y, then z by these angles."""
+    cx, cy, cz = math.cos(angles[0]), math.cos(angles[1]), math.cos(angles[2])
+    sx, sy, sz = math.sin(angles[0]), math.sin(angles[1]), math.sin(angles[2])
+    return (
+        (cy * cz, cy * sz, -sy),
+        (sy * sx * cz - cx * sz, sy * sx * sz + cx * cz, cy * sx),
+        (sy * cx * cz + sx * sz, sy * cx * sz - sx * cz, cy * cx),
+    )
+
+
+@kernel
+def combine(x, y, z, v):
+    """v in the axes x, y, z."""
+    return add(add(scale(x, v[0]), scale(y, v[1])), scale(z, v[2]))
+
+
+@kernel
+def quotient(a, b):
+    """a / b by components."""
+    return divide(a[0], b[0]), divide(a[1], b[1]), divide(a[2], b[2])
+
+
+@kernel
+def mapping(mode, v, location, angles, factor):
+    """The Mapping node."""
+    x, y, z = rotation(angles)
+    if mode == Mapping.TEXTURE:
+        d = subtract(v, location)
+        return quotient((dot(x, d), dot(y, d), dot(z, d)), factor)
+    if mode == Mapping.NORMAL:
+        return unit(combine(x, y, z, quotient(v, factor)))
+    turned = combine(x, y, z, multiply(v, factor))
+    return add(turned, location) if mode == Mapping.POINT else turned

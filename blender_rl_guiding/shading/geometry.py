@@ -1,0 +1,189 @@
+"""What shaders ask about the point: attributes, the kind of ray, how surfaces reflect at this angle, and bent normals."""
+
+import math
+
+from ..kernels import kernel
+from ..sampling import F, add, dot, scale, subtract, tangents
+from ..scene.description import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSMISSION
+from ..scene.ops import Light, Weight
+from .arithmetic import combine, cross, lerp, saturate, unit
+from .operands import NONE, Point
+
+# --- attributes ------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def attribute(shading, point, k):
+    """Attribute k at the point; 0 where the object lacks it, and in the world."""
+    if point.object < 0 or shading.attribute_rows[k, point.object] == NONE:
+        return F(0), F(0), F(0)
+    corners = shading.attributes[shading.attribute_rows[k, point.object] + point.triangle]
+    u, v = point.u, point.v
+    w = F(1) - u - v
+    return (
+        w * corners[0, 0] + u * corners[1, 0] + v * corners[2, 0],
+        w * corners[0, 1] + u * corners[1, 1] + v * corners[2, 1],
+        w * corners[0, 2] + u * corners[1, 2] + v * corners[2, 2],
+    )
+
+
+@kernel
+def object_attribute(shading, point, k):
+    """What object attribute k is for the point's object; 0 in the world."""
+    if point.object < 0:
+        return F(0), F(0), F(0)
+    row = shading.object_attributes[k, point.object]
+    return row[0], row[1], row[2]
+
+
+@kernel
+def axes(shading, point, x, y, z, v):
+    """v in the axes that three object attributes give."""
+    return combine(object_attribute(shading, point, x), object_attribute(shading, point, y), object_attribute(shading, point, z), v)
+
+
+@kernel
+def tangent(shading, point, k):
+    """The direction of attribute k, turned to be perpendicular to the shading normal."""
+    return cross(point.n, unit(cross(attribute(shading, point, k), point.n)))
+
+
+# --- the ray ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def light_path(mode, point):
+    """The outputs of the Light Path node."""
+    if mode == Light.RAY_LENGTH:
+        return point.distance
+    if mode == Light.RAY_DEPTH:
+        return F(point.depth)
+    if mode == Light.IS_CAMERA_RAY:
+        return F(point.ray == CAMERA)
+    if mode == Light.IS_SHADOW_RAY:
+        return F(point.ray == SHADOW)
+    if mode == Light.IS_DIFFUSE_RAY:
+        return F(point.ray == DIFFUSE)
+    if mode == Light.IS_GLOSSY_RAY:
+        return F(point.ray == GLOSSY)
+    return F(point.ray == TRANSMISSION)
+
+
+@kernel
+def dielectric(cosine, eta):
+    """The share of unpolarised light that a surface between media of relative index eta reflects (Fresnel's equations)."""
+    c = abs(cosine)
+    g = eta * eta - F(1) + c * c
+    if g <= F(0):
+        return F(1)
+    g = math.sqrt(g)
+    a, b = (g - c) / (g + c), (c * (g + c) - F(1)) / (c * (g - c) + F(1))
+    return F(0.5) * a * a * (F(1) + b * b)
+
+
+@kernel
+def fresnel(point, ior, n):
+    """The Fresnel node."""
+    ior = max(ior, F(1e-5))
+    return dielectric(dot(point.wo, n), F(1) / ior if point.backfacing else ior)
+
+
+@kernel
+def layer_weight(mode, point, amount, n):
+    """The Layer Weight node."""
+    if mode == Weight.FRESNEL:
+        eta = max(F(1) - amount, F(1e-5))
+        return dielectric(dot(point.wo, n), eta if point.backfacing else F(1) / eta)
+    cosine = abs(dot(point.wo, n))
+    amount = min(max(amount, F(0)), F(1 - 1e-5))
+    exponent = F(2) * amount if amount < F(0.5) else F(0.5) / (F(1) - amount)
+    return F(1) - cosine**exponent
+
+
+# --- normals ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def signed(c):
+    """From a colour 0..1 to a vector -1..1."""
+    return F(2) * c[0] - F(1), F(2) * c[1] - F(1), F(2) * c[2] - F(1)
+
+
+@kernel
+def usable(n, point):
+    """n on the side that the surface is seen from; the shading normal where n is not a direction."""
+    n = unit(n)
+    if not dot(n, n) > F(0.5):
+        return point.n
+    return scale(n, F(-1)) if point.backfacing else n
+
+
+@kernel
+def normal_map(shading, point, color, strength, k, sign):
+    """A normal from a map in the tangent space of attribute k; `sign` is the attribute that says which way the bitangent points."""
+    x, y, z = signed(color)
+    t = attribute(shading, point, k)
+    handedness = attribute(shading, point, sign)[0]
+    if handedness == F(0):
+        return point.n
+    n = scale(point.n, F(-1)) if point.backfacing else point.n
+    bitangent = scale(cross(n, t), handedness)
+    return usable(combine(t, bitangent, n, (x * strength, y * strength, lerp(F(1), z, saturate(strength)))), point)
+
+
+@kernel
+def lean(point, direction, strength):
+    """The shading normal, drawn towards a direction by a share that may exceed 1."""
+    n = usable(direction, point)
+    return unit(add(point.n, scale(subtract(n, point.n), max(strength, F(0)))))
+
+
+@kernel
+def bump(point, heights, strength, distance, n):
+    """n tilted by the slope of the heights at the point and one step away from it, as `shifted` makes them."""
+    t, b = tangents(point.ng)
+    step = bump_step(point)
+    slope_t, slope_b = (heights[1] - heights[0]) / step, (heights[2] - heights[0]) / step
+    rise = add(scale(cross(b, n), slope_t), scale(cross(n, t), slope_b))
+    facing = dot(n, point.ng)
+    bent = unit(subtract(scale(n, abs(facing)), scale(rise, distance if facing >= F(0) else -distance)))
+    if not dot(bent, bent) > F(0):
+        return n
+    strength = max(strength, F(0))
+    return unit(add(scale(bent, strength), scale(n, F(1) - strength)))
+
+
+# --- the points beside the point -------------------------------------------------------------------------------------
+
+
+@kernel
+def bump_step(point):
+    """How far the points lie apart whose heights make a slope.
+
+    A quarter of the milliradian that a pixel of an ordinary picture is wide, but not so little that positions or texture
+    coordinates would lose the difference in rounding.
+    """
+    far = max(abs(point.x[0]), abs(point.x[1]), abs(point.x[2]))
+    return max(point.distance * F(2**-12), far * F(2**-16), F(1e-7))
+
+
+@kernel
+def moved(shading, point, positions, d):
+    """The point moved by d along its triangle, beyond its edge if need be; `positions` is the attribute that holds the corners."""
+    corners = shading.attributes[shading.attribute_rows[positions, point.object] + point.triangle]
+    a = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
+    b = corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1], corners[2, 2] - corners[0, 2]
+    n = cross(a, b)
+    area = dot(n, n)
+    u, v = point.u + dot(cross(d, b), n) / area, point.v + dot(cross(a, d), n) / area
+    x = add(point.x, d)
+    return Point(
+        x, point.n, point.ng, point.wo, point.triangle, point.object, u, v, point.backfacing, point.ray, point.distance, point.depth
+    )
+
+
+@kernel
+def shifted(shading, point, positions, direction):
+    """The point one step along the first or second tangent of its triangle (`direction` 1 or 2)."""
+    t, b = tangents(point.ng)
+    return moved(shading, point, positions, scale(t if direction == 1 else b, bump_step(point)))

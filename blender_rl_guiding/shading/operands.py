@@ -1,0 +1,63 @@
+"""What the kernels know of shaders, and how they read a value of one.
+
+An operand is a whole number: from 0 on a row of `constants`, below 0 the register ~operand, or NONE.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels import kernel
+from ..scene.description import CLOSURES
+from ..sampling import F
+
+KINDS = tuple(CLOSURES)  # a closure's kind is its place here
+REGISTERS = 256  # of a shader's code, at most
+NONE = -(2**31)
+
+
+class Shading(NamedTuple):
+    """All shaders of a scene; the last one is the world's."""
+
+    shaders: np.ndarray  # (S, 4) int32: first and end of its code, first and end of its closures
+    code: np.ndarray  # (I, 12) int32: op, mode, register written, up to 5 operands, up to 4 options
+    closures: np.ndarray  # (K, 32) int32: kind, operand of the weight, operands of the inputs in the order of CLOSURES[kind]
+    constants: np.ndarray  # (C, 3) float32
+    tables: np.ndarray  # (R, 256, 4) float32
+    textures: np.ndarray  # (X, 4) int64: first texel, width, height, kind of texels
+    bytes: np.ndarray  # (B, 4) uint8, the texels of all textures of 8 bits
+    floats: np.ndarray  # (N, 4) float32, those of all others
+    attributes: np.ndarray  # (N, 3, 3) float32, see SceneData
+    attribute_rows: np.ndarray  # (A, O) int64: first row minus the object's first triangle; NONE where an object lacks it
+    object_attributes: np.ndarray  # (B, O, 3) float32
+
+
+class Point(NamedTuple):
+    """Where a shader is evaluated. Vectors are tuples in world space."""
+
+    x: tuple[F, F, F]
+    n: tuple[F, F, F]  # shading normal, on wo's side of the surface
+    ng: tuple[F, F, F]  # normal of the triangle, on wo's side
+    wo: tuple[F, F, F]  # unit, towards where the ray came from; for the world, against the direction of the ray
+    triangle: np.int32
+    object: np.int32
+    u: F  # barycentric coordinates of corners 1 and 2
+    v: F
+    backfacing: np.int32  # 1 if the ray arrives from behind the triangle, by its winding
+    ray: np.int32  # the kind of ray, one of scene.description's CAMERA, DIFFUSE, ...
+    distance: F  # length of the ray
+    depth: np.int32  # scattering events before
+
+
+@kernel
+def value(shading, registers, operand):
+    """Three numbers: a colour, a vector, or the same number three times."""
+    if operand >= 0:
+        return shading.constants[operand, 0], shading.constants[operand, 1], shading.constants[operand, 2]
+    return registers[~operand, 0], registers[~operand, 1], registers[~operand, 2]
+
+
+@kernel
+def number(shading, registers, operand):
+    """One number."""
+    return shading.constants[operand, 0] if operand >= 0 else registers[~operand, 0]

@@ -1,0 +1,133 @@
+"""What happens to shader code before it becomes arrays: passes, each from shader to shader."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from ..scene.description import Closure, Instruction, Node, Shader, Value
+from ..scene.ops import OPS
+
+NORMAL = Node(0)  # every shader's first step, once it has been through `with_normal`
+Change = Callable[[int], Value]
+
+
+def with_normal(shader: Shader) -> Shader:
+    """The shader with the shading normal as its first step, and as the normal of each step that has none."""
+    moved = changed(shader, lambda index: Node(index + 1))
+    code = (step if len(step.inputs) == len(OPS[step.op].inputs) else replace(step, inputs=(*step.inputs, NORMAL)) for step in moved.code)
+    return replace(moved, code=(Instruction("normal"), *code))
+
+
+def constant_steps(shader: Shader) -> list[int]:
+    """The steps whose values are the same everywhere."""
+    found: set[int] = set()
+    for k, step in enumerate(shader.code):
+        if OPS[step.op].pure and found.issuperset(_steps(step.inputs)):
+            found.add(k)
+    return sorted(found)
+
+
+def with_constants(shader: Shader, values: dict[int, Value]) -> Shader:
+    """The shader with known values in place of the steps that they belong to; those steps stay, idle."""
+    return changed(shader, lambda index: values.get(index, Node(index)))
+
+
+def without_idle_steps(shader: Shader) -> Shader:
+    """The shader without the steps that no closure depends on."""
+    needed = sorted(_ancestors(shader.code, _read_by_closures(shader), through_bumps=True))
+    places = {k: Node(place) for place, k in enumerate(needed)}
+    return changed(replace(shader, code=tuple(shader.code[k] for k in needed)), places.__getitem__)
+
+
+def with_bumps(shader: Shader, positions: int) -> Shader:
+    """The shader with the heights of each bump computed at three points: where it is, and beside it as `geometry.shifted` has it.
+
+    `positions` is the attribute that holds the corners of triangles. A bump within the height of another is not moved.
+    """
+    code: list[Instruction] = []
+    places: dict[int, Value] = {}
+    for k, step in enumerate(shader.code):
+        moved = _changed_step(step, places.__getitem__)
+        height = step.inputs[0] if step.op == "bump" else None
+        if isinstance(height, Node):
+            below = sorted(_ancestors(shader.code, [height.index], through_bumps=False))
+            beside = [_beside([(i, shader.code[i]) for i in below], places, (positions, side), code) for side in (1, 2)]
+            code += [Instruction("shift", options=(positions, 0)), Instruction("combine", (moved.inputs[0], *beside), "RGB")]
+            moved = replace(moved, inputs=(Node(len(code) - 1), *moved.inputs[1:]))
+        places[k] = Node(len(code))
+        code.append(moved)
+    return replace(shader, code=tuple(code), closures=_changed_closures(shader, places.__getitem__))
+
+
+def _beside(steps: list[tuple[int, Instruction]], places: dict[int, Value], shift: tuple[int, int], code: list[Instruction]) -> Value:
+    """Append the steps to the code once more, to be run beside the point; returns the value of the last."""
+    code.append(Instruction("shift", options=shift))
+    copies = dict(places)
+    for k, step in steps:
+        if step.op != "bump":
+            copies[k] = Node(len(code))
+            code.append(_changed_step(step, copies.__getitem__))
+    return copies[steps[-1][0]]
+
+
+def allocate(shader: Shader) -> tuple[list[int], int]:
+    """The register of each step, where a register is free again after its value has been read last; and how many there are."""
+    last = {k: len(shader.code) for k in _read_by_closures(shader)}
+    for k, step in reversed(list(enumerate(shader.code))):
+        for index in _steps(step.inputs):
+            last.setdefault(index, k)
+    free: list[int] = []
+    registers: list[int] = []
+    count = 0
+    for k, step in enumerate(shader.code):
+        free += [registers[index] for index in set(_steps(step.inputs)) if last[index] == k]
+        if not free:
+            free.append(count)
+            count += 1
+        registers.append(free.pop())
+        if last.get(k, k) == k:  # nobody reads it
+            free.append(registers[k])
+    return registers, count
+
+
+# --- parts -----------------------------------------------------------------------------------------------------------
+
+
+def changed(shader: Shader, change: Change) -> Shader:
+    """The shader with another value for each step that something reads."""
+    code = tuple(_changed_step(step, change) for step in shader.code)
+    return replace(shader, code=code, closures=_changed_closures(shader, change))
+
+
+def _changed_step(step: Instruction, change: Change) -> Instruction:
+    return replace(step, inputs=tuple(_changed(value, change) for value in step.inputs))
+
+
+def _changed_closures(shader: Shader, change: Change) -> tuple[Closure, ...]:
+    return tuple(
+        replace(c, weight=_changed(c.weight, change), inputs={name: _changed(value, change) for name, value in c.inputs.items()})
+        for c in shader.closures
+    )
+
+
+def _changed(value: Value, change: Change) -> Value:
+    return change(value.index) if isinstance(value, Node) else value
+
+
+def _steps(values: Iterable[Value]) -> list[int]:
+    return [value.index for value in values if isinstance(value, Node)]
+
+
+def _read_by_closures(shader: Shader) -> list[int]:
+    return _steps(value for closure in shader.closures for value in (closure.weight, *closure.inputs.values()))
+
+
+def _ancestors(code: tuple[Instruction, ...], starts: Iterable[int], through_bumps: bool) -> set[int]:
+    """The steps that others depend on, themselves included."""
+    found: set[int] = set()
+    todo = list(starts)
+    while todo:
+        k = todo.pop()
+        if k not in found:
+            found.add(k)
+            todo += _steps(code[k].inputs) if through_bumps or code[k].op != "bump" else []
+    return found

@@ -1,0 +1,168 @@
+"""From the shaders of a scene to the arrays that the kernels run.
+
+What does not depend on the point is computed here, once, by the very kernels that would compute it at every point.
+"""
+
+import numpy as np
+
+from ..errors import InputError
+from ..scene.data import SceneData, Texture
+from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
+from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
+from .evaluate import Code, run
+from .operands import KINDS, NONE, REGISTERS, Point, Shading
+from .passes import allocate, changed, constant_steps, with_bumps, with_constants, with_normal, without_idle_steps
+from .textures import CODES, FLOATS, SRGB_CODES
+
+F = np.float32
+STEP_COLUMNS, CLOSURE_COLUMNS = 3 + MAX_INPUTS + MAX_OPTIONS, 32
+ZERO = (F(0), F(0), F(0))
+NOWHERE = Point(ZERO, ZERO, ZERO, ZERO, np.int32(-1), np.int32(-1), F(0), F(0), np.int32(0), np.int32(0), F(0), np.int32(0))
+
+
+def compile_shaders(scene: SceneData) -> Shading:
+    """All shaders as arrays, the world's last. InputError names the shader and the step that cannot be run."""
+    shaders = (*scene.shaders, scene.world)
+    for shader in shaders:
+        check(shader, scene)
+    assets = _assets(scene, any(step.op == "bump" for shader in shaders for step in shader.code))
+    program = Program()
+    for shader in shaders:
+        complete = with_normal(shader)
+        short = without_idle_steps(with_constants(complete, _constants(complete, assets)))
+        ready = with_bumps(short, len(assets.attribute_rows) - 1)
+        registers, count = allocate(ready)
+        if count > REGISTERS:
+            raise InputError(f"shader {shader.name!r} keeps {count} values at once, but there are {REGISTERS} registers")
+        program.add(ready, registers)
+    return program.into(assets)
+
+
+def check(shader: Shader, scene: SceneData) -> None:
+    """InputError if a step of the shader's code is not one of `scene.ops`, or refers to something that the scene does not have."""
+    limits = _limits(scene)
+    for k, step in enumerate(shader.code):
+        problem = fault(step.op, step.mode, len(step.inputs), len(step.options))
+        for name, option in zip(OPS[step.op].options if not problem else (), step.options, strict=False):
+            limit = limits.get(name, 2)  # what has no limit of its own is a flag
+            if not 0 <= option < limit:
+                problem = f"{name} is {option}, but there are {limit}"
+        if problem:
+            raise InputError(f"shader {shader.name!r}, step {k}, {step.op}: {problem}")
+
+
+def _limits(scene: SceneData) -> dict[str, int]:
+    """How many values each option has, counted from 0."""
+    attributes, object_attributes = len(scene.attribute_rows), len(scene.object_attributes)
+    return {
+        **dict.fromkeys(("attribute", "tangent", "sign"), attributes),
+        **dict.fromkeys(("object_attribute", "x_axis", "y_axis", "z_axis"), object_attributes),
+        "texture": len(scene.textures),
+        "table": len(scene.tables),
+        "extension": len(Extension),
+        "interpolation": len(Interpolation),
+        "projection": len(Projection),
+        "alpha": len(Alpha),
+        "index": 3,
+        "dimensions": 4,
+    }
+
+
+def _constants(shader: Shader, assets: Shading) -> dict[int, Value]:
+    """The values of the steps that have the same everywhere."""
+    steps = constant_steps(shader)
+    places = {k: Node(place) for place, k in enumerate(steps)}
+    part = changed(Shader(shader.name, tuple(shader.code[k] for k in steps)), places.__getitem__)
+    program, registers = Program(), np.zeros((len(steps), 3), np.float32)
+    program.add(part, list(range(len(steps))))
+    run(program.into(assets), 0, NOWHERE, registers)
+    return {k: (r, g, b) for k, (r, g, b) in zip(steps, registers.tolist(), strict=True)}
+
+
+class Program:
+    """Collects shaders as rows of numbers."""
+
+    def __init__(self) -> None:
+        self._constants: dict[tuple[float, ...], int] = {(0.0, 0.0, 0.0): 0}  # row 0 is what inputs read that an op does not have
+        self._code: list[list[int]] = []
+        self._closures: list[list[int]] = []
+        self._shaders: list[tuple[int, int, int, int]] = []
+
+    def add(self, shader: Shader, registers: list[int]) -> None:
+        """Append a shader whose k-th step writes registers[k]."""
+        code, closures = len(self._code), len(self._closures)
+        self._code += [self._step(step, register, registers) for step, register in zip(shader.code, registers, strict=True)]
+        self._closures += [self._closure(closure, registers) for closure in shader.closures]
+        self._shaders.append((code, len(self._code), closures, len(self._closures)))
+
+    def into(self, assets: Shading) -> Shading:
+        """The assets with this program."""
+        program = assets._replace(
+            shaders=np.array(self._shaders, np.int32),
+            code=np.array(self._code, np.int32).reshape(-1, STEP_COLUMNS),
+            closures=np.array(self._closures, np.int32).reshape(-1, CLOSURE_COLUMNS),
+            constants=np.array(list(self._constants), np.float32),
+        )
+        for array in program:
+            array.setflags(write=False)  # always, because kernels are compiled anew for arrays that can be written to
+        return program
+
+    def _step(self, step: Instruction, register: int, registers: list[int]) -> list[int]:
+        modes = OPS[step.op].modes if step.op in OPS else None
+        operands = [self._operand(value, registers) for value in step.inputs]
+        head = [Code[step.op.upper()], modes[step.mode] if modes else 0, register]
+        return head + _padded(operands, MAX_INPUTS) + _padded(list(step.options), MAX_OPTIONS)
+
+    def _closure(self, closure: Closure, registers: list[int]) -> list[int]:
+        values = (CLOSURES[closure.kind] | closure.inputs).values()
+        operands = [NONE if value is None else self._operand(value, registers) for value in (closure.weight, *values)]
+        return _padded([KINDS.index(closure.kind), *operands], CLOSURE_COLUMNS)
+
+    def _operand(self, value: Value, registers: list[int]) -> int:
+        if isinstance(value, Node):
+            return ~registers[value.index]
+        triple = value if isinstance(value, tuple) else (value, value, value)
+        return self._constants.setdefault(triple, len(self._constants))
+
+
+def _padded(numbers: list[int], length: int) -> list[int]:
+    return numbers + [0] * (length - len(numbers))
+
+
+# --- what shaders refer to -------------------------------------------------------------------------------------------
+
+
+def _assets(scene: SceneData, bumps: bool) -> Shading:
+    """All that the code of the scene's shaders refers to, without the code. For bumps, the last attribute is the position."""
+    objects = len(scene.visibility)
+    rows = np.where(scene.attribute_rows < 0, NONE, scene.attribute_rows - np.searchsorted(scene.object, np.arange(objects)))
+    attributes = scene.attributes
+    if bumps:
+        rows = np.concatenate([rows.reshape(-1, objects), np.full((1, objects), len(attributes))])
+        attributes = np.concatenate([attributes, scene.vertices[scene.triangles]])
+    empty = np.zeros((0, 0), np.int32)
+    return Shading(
+        shaders=empty,
+        code=empty,
+        closures=empty,
+        constants=np.zeros((1, 3), np.float32),
+        tables=scene.tables,
+        **_texels(scene.textures),
+        attributes=attributes,
+        attribute_rows=rows.astype(np.int64),
+        object_attributes=scene.object_attributes,
+    )
+
+
+def _texels(textures: tuple[Texture, ...]) -> dict[str, np.ndarray]:
+    """The textures, one after another."""
+    table, ends = np.zeros((len(textures), 4), np.int64), {np.dtype(np.uint8): 0, np.dtype(np.float32): 0}
+    for row, texture in zip(table, textures, strict=True):
+        height, width, _ = texture.texels.shape
+        dtype = texture.texels.dtype
+        kind = FLOATS if dtype == np.float32 else SRGB_CODES if texture.srgb else CODES
+        row[:] = ends[dtype], width, height, kind
+        ends[dtype] += width * height
+    texels = {dtype: [t.texels.reshape(-1, 4) for t in textures if t.texels.dtype == dtype] for dtype in ends}
+    codes, floats = (np.concatenate([np.zeros((0, 4), dtype), *parts]) for dtype, parts in texels.items())
+    return {"textures": table, "bytes": codes, "floats": floats}

@@ -1,0 +1,196 @@
+"""Reading images, colour ramps and curves."""
+
+import math
+
+import numpy as np
+
+from ..kernels import kernel
+from ..sampling import INV_PI, F
+from ..scene.ops import Alpha, Extension, Interpolation, Projection
+from .arithmetic import lerp, saturate, unit
+
+CODES, SRGB_CODES, FLOATS = range(3)  # kinds of texels: what 8 bits mean, or single precision
+OUTSIDE = -1
+U = np.uint32
+# Arguments of the same type as what comes from code, so that a kernel is not compiled once for each of them.
+REPEAT, PACKED, PREMULTIPLIED = np.int32(Extension.REPEAT), np.int32(Alpha.PACKED), np.int32(Alpha.PREMULTIPLIED)
+HOLD, INTERPOLATE = np.int32(0), np.int32(1)
+
+# --- texels ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def decode(c):
+    """Linear light from an sRGB code in 0..1."""
+    if c < F(0.04045):
+        return max(c, F(0)) * F(1 / 12.92)
+    return ((c + F(0.055)) * F(1 / 1.055)) ** F(2.4)
+
+
+@kernel
+def place(i, size, extension):
+    """The texel of 0..size-1 that stands at i, or OUTSIDE."""
+    if 0 <= i < size:
+        return i
+    if extension == Extension.REPEAT:
+        return i % size
+    if extension == Extension.EXTEND:
+        return min(max(i, 0), size - 1)
+    if extension == Extension.CLIP:
+        return OUTSIDE
+    i %= 2 * size
+    return min(i, 2 * size - 1 - i)
+
+
+@kernel
+def byte_texel(row, alpha):
+    """RGBA of a texel of 8 bits; Cycles multiplies the codes by alpha as whole numbers, rounding down."""
+    r, g, b, a = U(row[0]), U(row[1]), U(row[2]), U(row[3])
+    if alpha != Alpha.PACKED:
+        r, g, b = U(r * a // U(255)), U(g * a // U(255)), U(b * a // U(255))
+    s = F(1 / 255)
+    return F(r) * s, F(g) * s, F(b) * s, F(a) * s
+
+
+@kernel
+def float_texel(row, alpha):
+    """RGBA of a texel in single precision."""
+    a = row[3]
+    s = F(1) if alpha == Alpha.PACKED else a
+    return row[0] * s, row[1] * s, row[2] * s, a
+
+
+@kernel
+def texel(shading, texture, x, y, alpha):
+    """RGBA of one texel as it is stored, times its own alpha unless that is PACKED; (x, y) counts from the bottom left."""
+    if x == OUTSIDE or y == OUTSIDE:
+        return F(0), F(0), F(0), F(0)
+    width, height = shading.textures[texture, 1], shading.textures[texture, 2]
+    at = shading.textures[texture, 0] + (height - 1 - y) * width + x
+    if shading.textures[texture, 3] == FLOATS:
+        return float_texel(shading.floats[at], alpha)
+    return byte_texel(shading.bytes[at], alpha)
+
+
+@kernel
+def between(p, q, t):
+    """RGBA between p and q."""
+    return lerp(p[0], q[0], t), lerp(p[1], q[1], t), lerp(p[2], q[2], t), lerp(p[3], q[3], t)
+
+
+@kernel
+def bilinear(shading, texture, x, y, extension, alpha):
+    """The stored texels around (x, y), in texels from the bottom left."""
+    x0, y0 = np.floor(x - F(0.5)), np.floor(y - F(0.5))
+    s, t = x - F(0.5) - x0, y - F(0.5) - y0
+    width, height = shading.textures[texture, 1], shading.textures[texture, 2]
+    left, right = place(np.int64(x0), width, extension), place(np.int64(x0) + 1, width, extension)
+    low, high = place(np.int64(y0), height, extension), place(np.int64(y0) + 1, height, extension)
+    below = between(texel(shading, texture, left, low, alpha), texel(shading, texture, right, low, alpha), s)
+    above = between(texel(shading, texture, left, high, alpha), texel(shading, texture, right, high, alpha), s)
+    return between(below, above, t)
+
+
+@kernel
+def lookup(shading, texture, u, v, extension, interpolation, alpha):
+    """RGBA of an image in linear light, in Cycles' order: multiplied by alpha, interpolated, divided, and only then decoded."""
+    width, height, kind = shading.textures[texture, 1], shading.textures[texture, 2], shading.textures[texture, 3]
+    if not (math.isfinite(u) and math.isfinite(v)):
+        return F(0), F(0), F(0), F(0)
+    x, y = u * F(width), v * F(height)
+    if interpolation == Interpolation.LINEAR:
+        r, g, b, a = bilinear(shading, texture, x, y, extension, alpha)
+    else:
+        column, row = place(np.int64(np.floor(x)), width, extension), place(np.int64(np.floor(y)), height, extension)
+        r, g, b, a = texel(shading, texture, column, row, alpha)
+    if alpha == Alpha.STRAIGHT and a != F(0):
+        r, g, b = r / a, g / a, b / a
+    return (decode(r), decode(g), decode(b), a) if kind == SRGB_CODES else (r, g, b, a)
+
+
+# --- images ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def image(shading, uv, texture, extension, interpolation, alpha):
+    """The colour of the Image Texture node."""
+    r, g, b, _ = lookup(shading, texture, uv[0], uv[1], extension, interpolation, alpha)
+    return r, g, b
+
+
+@kernel
+def image_alpha(shading, uv, texture, extension, interpolation):
+    """The alpha of the Image Texture node, three times."""
+    a = lookup(shading, texture, uv[0], uv[1], extension, interpolation, PACKED)[3]
+    return a, a, a
+
+
+@kernel
+def equirectangular(d):
+    """Where a unit vector is on a map of longitude and latitude: -y is left and right of the middle, which is +x."""
+    return F(0.5) - F(0.5) * INV_PI * math.atan2(d[1], d[0]), F(1) - INV_PI * math.acos(min(max(d[2], F(-1)), F(1)))
+
+
+@kernel
+def mirror_ball(d):
+    """Where a unit vector is in the photograph of a mirroring sphere that is looked at along +y."""
+    length = F(2) * math.sqrt(max(F(0.5) - F(0.5) * d[1], F(0)))
+    if length == F(0):
+        return F(0.5), F(0.5)
+    return F(0.5) + F(0.5) * d[0] / length, F(0.5) + F(0.5) * d[2] / length
+
+
+@kernel
+def environment(shading, direction, texture, projection, interpolation):
+    """The colour of the Environment Texture node."""
+    d = unit(direction)
+    u, v = equirectangular(d) if projection == Projection.EQUIRECTANGULAR else mirror_ball(d)
+    r, g, b, _ = lookup(shading, texture, u, v, REPEAT, interpolation, PREMULTIPLIED)
+    return r, g, b
+
+
+# --- tables ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def table_value(tables, table, column, x, interpolate, extrapolate):
+    """A table over 0..1 at x; beyond its ends it stays as it is there, or goes on as a straight line."""
+    last = tables.shape[1] - 1
+    s = (x if extrapolate else saturate(x)) * F(last)
+    i = min(max(np.int64(s), 0), last - 1 if interpolate else last)
+    low = tables[table, i, column]
+    return lerp(low, tables[table, i + 1, column], s - F(i)) if interpolate else low
+
+
+@kernel
+def ramp(tables, x, table, interpolate):
+    """The colour of the Color Ramp node."""
+    return (
+        table_value(tables, table, 0, x, interpolate, HOLD),
+        table_value(tables, table, 1, x, interpolate, HOLD),
+        table_value(tables, table, 2, x, interpolate, HOLD),
+    )
+
+
+@kernel
+def ramp_alpha(tables, x, table, interpolate):
+    """The alpha of the Color Ramp node, three times."""
+    a = table_value(tables, table, 3, x, interpolate, HOLD)
+    return a, a, a
+
+
+@kernel
+def curves(tables, t, c, table, extrapolate):
+    """The RGB Curves node, its curves already combined."""
+    return (
+        lerp(c[0], table_value(tables, table, 0, c[0], INTERPOLATE, extrapolate), t),
+        lerp(c[1], table_value(tables, table, 1, c[1], INTERPOLATE, extrapolate), t),
+        lerp(c[2], table_value(tables, table, 2, c[2], INTERPOLATE, extrapolate), t),
+    )
+
+
+@kernel
+def float_curve(tables, t, x, table, extrapolate):
+    """The Float Curve node, three times."""
+    y = lerp(x, table_value(tables, table, 0, x, INTERPOLATE, extrapolate), t)
+    return y, y, y

@@ -1,0 +1,73 @@
+"""Node trees for tests, and what the exporter makes of them."""
+
+from typing import Any
+
+import bpy
+
+from addon.export.materials import read_material
+from addon.export.resources import Resources
+from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader, Value
+
+
+def node(tree: bpy.types.NodeTree, kind: str, *, into: Any = None, output: int | str = 0, **inputs: Any) -> bpy.types.Node:
+    """A new node; `into` is a socket to link its output to, `inputs` are values or other outputs, with underscores for spaces."""
+    new = tree.nodes.new(kind)
+    for name, value in inputs.items():
+        socket = new.inputs[name.replace("_", " ")]
+        if isinstance(value, bpy.types.NodeSocket):
+            tree.links.new(value, socket)
+        else:
+            socket.default_value = value
+    if into is not None:
+        tree.links.new(new.outputs[output], into)
+    return new
+
+
+def surface(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    """Where the shader goes."""
+    return next(n for n in tree.nodes if n.bl_idname.startswith("ShaderNodeOutput")).inputs["Surface"]
+
+
+def put(material: bpy.types.Material, kind: str, **inputs: Any) -> bpy.types.Node:
+    """A new shader as the surface."""
+    return node(material.node_tree, kind, into=surface(material.node_tree), **inputs)
+
+
+def color_of(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    """The colour of an Emission shader that becomes the surface: the plainest of probes."""
+    return node(tree, "ShaderNodeEmission", into=surface(tree)).inputs["Color"]
+
+
+def probe(tree: bpy.types.NodeTree, kind: str, output: int | str = 0, **inputs: Any) -> bpy.types.Node:
+    """A new node whose output is that colour."""
+    return node(tree, kind, into=color_of(tree), output=output, **inputs)
+
+
+def read(material: bpy.types.Material, resources: Resources | None = None) -> tuple[Shader, list[str]]:
+    """The shader, and its notes as lines without the material's name."""
+    shader, notes = read_material(material, resources or Resources())
+    prefix = f"material '{material.name}'"
+    assert all(where.startswith(prefix) for where, _ in notes)
+    return shader, [f"{where.removeprefix(prefix).removeprefix(', ')}: {detail}" for where, detail in notes]
+
+
+def tree_of(shader: Shader, value: Value) -> Any:
+    """A value written out: constants as they are, a step as (op, mode, options, inputs), the empty ones of these left out."""
+    if not isinstance(value, Node):
+        return value
+    step: Instruction = shader.code[value.index]
+    inputs = tuple(tree_of(shader, v) for v in step.inputs)
+    return tuple(part for part in (step.op, step.mode, step.options, inputs) if part not in ("", ()))
+
+
+def only(shader: Shader) -> Closure:
+    """The one closure of a shader."""
+    (closure,) = shader.closures
+    return closure
+
+
+def color(material: bpy.types.Material, resources: Resources | None = None) -> Any:
+    """What arrives at `color_of`, written out; nothing may be lost."""
+    shader, notes = read(material, resources)
+    assert notes == []
+    return tree_of(shader, only(shader).inputs["color"])

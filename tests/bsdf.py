@@ -1,0 +1,108 @@
+"""Surfaces of constant materials for tests, and the tracer's view of them over arrays of directions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from blender_rl_guiding.bsdf import surface
+from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.sampling import F, store, vector
+from blender_rl_guiding.scene.description import CLOSURES
+from blender_rl_guiding.shading.operands import KINDS, NONE, Point, Shading
+
+Closure = tuple[str, dict]  # kind, inputs other than the defaults; "weight" among them
+
+
+def shading_of(*closures: Closure) -> Shading:
+    """One shader of closures whose inputs are all constants."""
+    constants, rows = [], np.zeros((len(closures), 32), np.int32)
+    for row, (kind, inputs) in zip(rows, closures, strict=True):
+        values = [inputs.get("weight", 1.0), *({**CLOSURES[kind], **inputs}[name] for name in CLOSURES[kind])]
+        row[0] = KINDS.index(kind)
+        for column, value in enumerate(values, 1):
+            row[column] = NONE if value is None else len(constants)
+            if value is not None:
+                constants.append(np.broadcast_to(np.asarray(value, np.float32), 3))
+    none = np.zeros((0, 3, 3), np.float32)
+    shaders = np.array([[0, 0, 0, len(rows)]], np.int32)
+    texels = np.zeros((0, 4), np.uint8), np.zeros((0, 4), np.float32)
+    textures = np.zeros((0, 4), np.int64)
+    code, tables = np.zeros((0, 12), np.int32), np.zeros((0, 256, 4), np.float32)
+    attributes = none, np.zeros((0, 0), np.int64), none
+    return Shading(shaders, code, rows, np.array(constants, np.float32).reshape(-1, 3), tables, textures, *texels, *attributes)
+
+
+def vector_of(v) -> tuple:
+    """A vector as kernels take it."""
+    return tuple(F(x) for x in v)
+
+
+def point_at(wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Point:
+    """Where a ray from wo meets a surface with these normals."""
+    zero = vector_of((0, 0, 0))
+    return Point(
+        zero, vector_of(n), vector_of(ng), vector_of(wo), np.int32(0), np.int32(0), F(0), F(0), np.int32(backfacing), np.int32(1), F(1), np.int32(0)
+    )  # fmt: skip
+
+
+@kernel
+def _scatter(shading, point, registers, lobes):
+    return surface.scatter(shading, 0, point, registers, lobes)
+
+
+@kernel
+def _evaluate(lobes, count, ng, wo, wi, f, pdf):
+    for i in range(len(wi)):
+        value, pdf[i, 0], pdf[i, 1] = surface.evaluate(lobes, count, ng, wo, vector(wi, i))
+        store(f, i, value)
+
+
+@kernel
+def _sample(lobes, count, ng, wo, u, wi, label, throughput):
+    for i in range(len(u)):
+        k, last = surface.pick(lobes, count, u[i, 0])
+        direction, label[i] = surface.sample(lobes, k, ng, wo, u[i, 1], u[i, 2], last)
+        store(wi, i, direction)
+        if label[i] & surface.SINGULAR:
+            store(throughput, i, surface.singular(lobes, k, ng, wo, direction, label[i]))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The lobes of closures seen from wo."""
+
+    point: Point
+    lobes: np.ndarray
+    count: int
+    emission: np.ndarray
+    transparency: np.ndarray
+
+    def evaluate(self, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """f |cos| (n, 3), density and guidable density (n,) of directions (n, 3)."""
+        f, pdf = np.empty((len(wi), 3), np.float32), np.empty((len(wi), 2), np.float32)
+        _evaluate(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(wi, np.float32), f, pdf)
+        return f, pdf[:, 0], pdf[:, 1]
+
+    def sample(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Directions (n, 3), labels (n,) and the throughput of singular ones (n, 3), from uniform numbers (n, 3)."""
+        wi, label, throughput = np.empty((len(u), 3), np.float32), np.empty(len(u), np.int32), np.zeros((len(u), 3), np.float32)
+        _sample(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(u, np.float32), wi, label, throughput)
+        return wi, label, throughput
+
+    @property
+    def albedo(self) -> np.ndarray:
+        """The estimate, RGB."""
+        return np.array(surface.albedo(self.lobes, self.count))
+
+
+def surface_of(*closures: Closure, wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Surface:
+    """What `scatter` makes of closures."""
+    point, lobes = point_at(wo, n, ng, backfacing), np.zeros((surface.LOBES, surface.COLUMNS), np.float32)
+    count, emission, transparency = _scatter(shading_of(*closures), point, np.zeros((256, 3), np.float32), lobes)
+    return Surface(point, lobes, count, np.array(emission), np.array(transparency))
+
+
+def direction(degrees: float, turn: float = 0.0) -> np.ndarray:
+    """The unit vector at an angle to +z, turned about it by so many degrees from +x."""
+    theta, phi = np.radians([degrees, turn])
+    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])

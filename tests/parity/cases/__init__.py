@@ -1,0 +1,9 @@
+"""The cases of the parity suite: small functions, each of which builds a scene that shows one feature.
+
+Listing them needs no Blender: they get everything from the `Stage` that they are called with.
+"""
+
+from . import cameras, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from .registry import CASES, Case
+
+__all__ = ["CASES", "Case", "cameras", "geometry", "integrator", "lamps", "lighting", "patterns", "principled", "surfaces", "textures"]

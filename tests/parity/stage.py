@@ -1,0 +1,203 @@
+"""What the cases of the parity suite build scenes with: a floor, a ball, a box, lamps and node trees, by bpy's data API."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import bmesh
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+Color = tuple[float, float, float]
+
+GREY, ORANGE, BLUE = (0.6, 0.6, 0.6), (0.8, 0.35, 0.12), (0.15, 0.35, 0.75)
+
+
+class Nodes:
+    """A node tree that is told what it consists of."""
+
+    def __init__(self, tree: bpy.types.NodeTree, output: str) -> None:
+        self.tree = tree
+        tree.nodes.clear()
+        self._output = tree.nodes.new(output)
+
+    def add(self, kind: str, inputs: Mapping[str, Any] | None = None, **attributes: Any) -> bpy.types.Node:
+        """A node of type ShaderNode`kind`.
+
+        Inputs are found by the socket's identifier, otherwise by its name; see `set_input` for what they may be.
+        """
+        node = self.tree.nodes.new(f"ShaderNode{kind}")
+        for name, value in attributes.items():
+            setattr(node, name, value)
+        for name, value in (inputs or {}).items():
+            self.set_input(_socket(node.inputs, name), value)
+        return node
+
+    def set_input(self, socket: bpy.types.NodeSocket, value: Any) -> None:
+        """A number, a colour or vector of three, a node (its first output that is in use), or (node, name of the output)."""
+        if isinstance(value, bpy.types.Node):
+            value = value, next(output.identifier for output in value.outputs if output.enabled)
+        if isinstance(value, tuple) and isinstance(value[0], bpy.types.Node):
+            self.tree.links.new(_socket(value[0].outputs, value[1]), socket)
+        elif socket.type == "RGBA":
+            socket.default_value = (*value, 1.0)
+        else:
+            socket.default_value = value
+
+    def surface(self, shader: Any) -> None:
+        """Lead a shader to the output."""
+        self.set_input(self._output.inputs["Surface"], shader)
+
+
+def _socket(sockets: Any, name: str) -> bpy.types.NodeSocket:
+    by_identifier = [socket for socket in sockets if socket.identifier == name]
+    return by_identifier[0] if by_identifier else next(socket for socket in sockets if socket.name == name and socket.enabled)
+
+
+class Stage:
+    """An empty scene with a camera that looks at the origin's surroundings from the front, and Cycles' settings without any bias."""
+
+    def __init__(self) -> None:
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self.data = bpy.data
+        self.scene = bpy.context.scene
+        self.scene.world = bpy.data.worlds.new("World")
+        self.sky((0.0, 0.0, 0.0))
+        self.camera = self.place("Camera", bpy.data.cameras.new("Camera"), (0.0, -6.0, 3.0))
+        self.aim(self.camera, (0.0, 0.0, 0.7))
+        self.scene.camera = self.camera
+        self.size(24, 24)
+        _without_bias(self.scene)
+
+    def size(self, width: int, height: int) -> None:
+        """Pixels of the image."""
+        self.scene.render.resolution_x, self.scene.render.resolution_y = width, height
+
+    # --- things ------------------------------------------------------------------------------------------------------
+
+    def place(self, name: str, data: Any, at: Color = (0.0, 0.0, 0.0), **attributes: Any) -> bpy.types.Object:
+        """An object in the scene."""
+        thing = bpy.data.objects.new(name, data)
+        thing.location = at
+        for attribute, value in attributes.items():
+            setattr(thing, attribute, value)
+        self.scene.collection.objects.link(thing)
+        return thing
+
+    def aim(self, thing: bpy.types.Object, at: Color) -> None:
+        """Turn an object's -z axis to a point, y up."""
+        thing.rotation_euler = (Vector(at) - thing.location).to_track_quat("-Z", "Y").to_euler()
+
+    def floor(self, material: bpy.types.Material | None = None, size: float = 8.0, **attributes: Any) -> bpy.types.Object:
+        """A square in the plane z = 0."""
+        return self.place("Floor", mesh(bmesh.ops.create_grid, material, x_segments=1, y_segments=1, size=size / 2), **attributes)
+
+    def ball(self, material: bpy.types.Material | None = None, at: Color = (-0.9, 0.0, 1.0), **attributes: Any) -> bpy.types.Object:
+        """A smooth ball of radius 1."""
+        data = mesh(bmesh.ops.create_uvsphere, material, u_segments=48, v_segments=24, radius=1.0)
+        data.shade_smooth()
+        return self.place("Ball", data, at, **attributes)
+
+    def box(self, material: bpy.types.Material | None = None, at: Color = (1.3, 0.2, 0.7), **attributes: Any) -> bpy.types.Object:
+        """A cube of edge 1.4, turned a little."""
+        data = mesh(bmesh.ops.create_cube, material, size=1.4)
+        return self.place("Box", data, at, **({"rotation_euler": (0.0, 0.0, 0.5)} | attributes))
+
+    def set(self, paint: Callable[[Color], bpy.types.Material] | None = None) -> tuple[bpy.types.Object, ...]:
+        """Floor, ball and box, each of its own colour, diffuse unless painted otherwise."""
+        paint = paint or self.diffuse
+        return self.floor(paint(GREY)), self.ball(paint(ORANGE)), self.box(paint(BLUE))
+
+    # --- light -------------------------------------------------------------------------------------------------------
+
+    def lamp(self, kind: str, at: Color = (1.5, -2.0, 3.5), power: float = 300.0, **attributes: Any) -> bpy.types.Object:
+        """A lamp that shines at the middle of the set; attributes are the light's own."""
+        light = bpy.data.lights.new("Lamp", kind)
+        light.energy = power
+        for name, value in attributes.items():
+            setattr(light, name, value)
+        thing = self.place("Lamp", light, at)
+        self.aim(thing, (0.0, 0.0, 0.5))
+        return thing
+
+    def lights(self) -> None:
+        """A large lamp and a dim sky: light that makes little noise on any surface."""
+        self.lamp("AREA", (2.0, -2.5, 4.0), 400.0, size=2.5)
+        self.sky((0.25, 0.35, 0.5))
+
+    def sky(self, color: Any, strength: float = 1.0) -> Nodes:
+        """The world's background; the nodes, for whatever the colour shall come from."""
+        nodes = Nodes(self.scene.world.node_tree, "ShaderNodeOutputWorld")
+        nodes.surface(nodes.add("Background", {"Color": color, "Strength": strength}))
+        return nodes
+
+    # --- materials ---------------------------------------------------------------------------------------------------
+
+    def nodes(self) -> tuple[bpy.types.Material, Nodes]:
+        """A new material and its empty tree."""
+        material = bpy.data.materials.new("Material")
+        return material, Nodes(material.node_tree, "ShaderNodeOutputMaterial")
+
+    def material(self, kind: str, inputs: Mapping[str, Any], **attributes: Any) -> bpy.types.Material:
+        """A material of one shader node with constant inputs."""
+        material, nodes = self.nodes()
+        nodes.surface(nodes.add(kind, inputs, **attributes))
+        return material
+
+    def diffuse(self, color: Color) -> bpy.types.Material:
+        """A Diffuse BSDF."""
+        return self.material("BsdfDiffuse", {"Color": color})
+
+    def glow(self, color: Color, strength: float = 1.0) -> bpy.types.Material:
+        """An Emission shader."""
+        return self.material("Emission", {"Color": color, "Strength": strength})
+
+    def subject(self, kind: str, inputs: Mapping[str, Any], **attributes: Any) -> None:
+        """Ball and box of one shader on a diffuse floor, well lit."""
+        self.lights()
+        self.floor(self.diffuse(GREY))
+        material = self.material(kind, inputs, **attributes)
+        self.ball(material)
+        self.box(material)
+
+    def chart(self, paint: Callable[[Nodes], Any]) -> tuple[bpy.types.Object, ...]:
+        """Floor, ball and box that emit what `paint` computes, so that the image shows it free of noise."""
+        material, nodes = self.nodes()
+        nodes.surface(nodes.add("Emission", {"Color": paint(nodes)}))
+        return self.floor(material), self.ball(material), self.box(material)
+
+    def image(self, width: int = 8, height: int = 6, colorspace: str = "sRGB", **options: Any) -> bpy.types.Image:
+        """An image of random texels, packed; alpha too, if it has any."""
+        image = bpy.data.images.new("Image", width, height, **options)
+        image.colorspace_settings.name = colorspace
+        image.pixels.foreach_set(np.random.default_rng(7).random(width * height * 4, np.float32))
+        image.pack()
+        return image
+
+
+def mesh(make: Callable[..., Any], material: bpy.types.Material | None, **options: Any) -> bpy.types.Mesh:
+    """A mesh by one of bmesh's operators, with a UV map."""
+    shape = bmesh.new()
+    shape.loops.layers.uv.new("UVMap")
+    make(shape, calc_uvs=True, matrix=Matrix(), **options)
+    data = bpy.data.meshes.new("Mesh")
+    shape.to_mesh(data)
+    shape.free()
+    if material:
+        data.materials.append(material)
+    return data
+
+
+def _without_bias(scene: bpy.types.Scene) -> None:
+    scene.render.engine = "CYCLES"
+    cycles = scene.cycles
+    cycles.pixel_filter_type = "BOX"
+    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
+    cycles.sampling_pattern = "TABULATED_SOBOL"  # its pixels are independent of each other, those of blue noise are not
+
+
+def degrees(angle: float) -> float:
+    """In radians, as Blender has all angles."""
+    return math.radians(angle)

@@ -1,0 +1,240 @@
+"""Lights: what is sampled follows its density, hits agree with samples, and together they make the irradiance that is known on paper."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.lights import alias, lamps, world
+from blender_rl_guiding.lights.emitters import lights, sample_light
+from blender_rl_guiding.sampling import F, add, scale, store, uniform_triangle, vector
+from blender_rl_guiding.scene.description import IDENTITY, Closure, Instruction, Lamp, Node, Shader
+from blender_rl_guiding.scene.geometry import Geometry
+from blender_rl_guiding.shading.operands import REGISTERS
+from blender_rl_guiding.shading.program import compile_shaders
+from tests import scenes
+from tests.significance import assert_distributed, assert_means, assert_uniform
+
+N = 400_000
+WHITE = (1.0, 1.0, 1.0)
+
+
+def numbers(count: int = N, dimensions: int = 2, seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).random((count, dimensions), np.float32)
+
+
+# --- alias tables ----------------------------------------------------------------------------------------------------
+
+
+@kernel
+def draw_alias(table, u, chosen, rest):
+    for i in range(len(u)):
+        chosen[i], rest[i] = alias.draw(table, u[i, 0])
+
+
+@pytest.mark.parametrize("weights", [[1.0], [1, 0, 3, 1e-3], np.random.default_rng(3).exponential(size=1000) ** 3, [0, 0, 1, 0]])
+def test_alias_tables_draw_by_weight_and_leave_a_number_uniform(weights):
+    weights = np.array(weights, float)
+    chosen, rest = np.empty(N, np.int64), np.empty(N, np.float32)
+    u = np.random.default_rng(2).random((N, 1)).astype(np.float32).clip(max=np.nextafter(np.float32(1), np.float32(0)))
+    draw_alias(alias.alias_table(weights), u, chosen, rest)
+    assert_distributed(np.bincount(chosen, minlength=len(weights)), N * weights / weights.sum())
+    if len(weights) < 1000:  # 24 bits of a number choose among so many columns and leave enough of it
+        assert_uniform(rest[:, None], 16)
+
+
+# --- lamps -----------------------------------------------------------------------------------------------------------
+
+LAMPS = {
+    "ball": Lamp("", "point", IDENTITY, WHITE, radius=0.4, soft=False),
+    "disc": Lamp("", "point", IDENTITY, WHITE, radius=0.4),
+    "spot": Lamp("", "spot", IDENTITY, WHITE, radius=0.3, soft=False, cone=0.6, blend=0.5),
+    "sun": Lamp("", "sun", IDENTITY, WHITE, radius=0.3),
+    "rectangle": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5),
+    "ellipse": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, ellipse=True),
+    "grid": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, spread=1.2),
+}
+POINTS = [(0.1, -0.2, -1.0), (0.9, 0.6, -0.5)]
+
+
+@kernel
+def draw_lamp(table, x, u, wi, distance, light, pdf):
+    for i in range(len(u)):
+        w, distance[i], radiance, pdf[i] = lamps.sample(table, 0, x, u[i, 0], u[i, 1])
+        store(wi, i, w)
+        light[i] = radiance[1]
+
+
+@kernel
+def meet_lamp(table, x, wi, distance, light, pdf):
+    for i in range(len(wi)):
+        distance[i], radiance, pdf[i] = lamps.hit(table, 0, x, vector(wi, i))
+        light[i] = radiance[1]
+
+
+def sampled(lamp: Lamp, x, count: int = N) -> tuple[np.ndarray, ...]:
+    out = np.empty((count, 3), np.float32), *(np.empty(count, np.float32) for _ in range(3))
+    draw_lamp(lamps.lamp_table((lamp,)), tuple(map(F, x)), numbers(count), *out)
+    return out
+
+
+def met(lamp: Lamp, x, wi: np.ndarray) -> tuple[np.ndarray, ...]:
+    out = tuple(np.empty(len(wi), np.float32) for _ in range(3))
+    meet_lamp(lamps.lamp_table((lamp,)), tuple(map(F, x)), wi, *out)
+    return out
+
+
+def sphere(count: int, seed: int = 9) -> np.ndarray:
+    wi = np.random.default_rng(seed).normal(size=(count, 3))
+    return (wi / np.linalg.norm(wi, axis=1, keepdims=True)).astype(np.float32)
+
+
+@pytest.mark.parametrize("x", POINTS)
+@pytest.mark.parametrize("name", LAMPS)
+def test_a_ray_meets_what_was_sampled(name, x):
+    wi, distance, light, pdf = sampled(LAMPS[name], x, 10_000)
+    d, l, p = met(LAMPS[name], x, wi)
+    hit = np.isfinite(d)
+    assert hit.mean() > 0.995  # rounding at the rim
+    if name != "sun":
+        np.testing.assert_allclose(d[hit], distance[hit], rtol=2e-3)
+    np.testing.assert_allclose(l[hit], light[hit], rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(p[hit], pdf[hit], rtol=3e-3)
+
+
+@pytest.mark.parametrize("x", POINTS)
+@pytest.mark.parametrize("name", LAMPS)
+def test_lamps_are_sampled_by_their_density(name, x):
+    """Chi-squared over equal cells of the sphere, of counts against the density integrated by uniform directions; and it is 1 in all."""
+    wi, *_ = sampled(LAMPS[name], x)
+    probes = sphere(4_000_000)
+    distance, _, pdf = met(LAMPS[name], x, probes)
+    pdf = np.where(np.isfinite(distance), pdf, 0).astype(float)
+    total = 4 * np.pi * pdf
+    assert_means(total.mean(), total.var() / len(probes), 1.0)
+    # Halves of the lamp, by planes through its middle as it is seen: the share of samples against the share of the density.
+    middle = wi.mean(axis=0) / np.linalg.norm(wi.mean(axis=0))
+    for axis in np.linalg.svd(middle[None, :])[2][1:]:
+        share = pdf[probes @ axis > 0].sum() / pdf.sum()
+        spread = (pdf**2).sum() / pdf.sum() ** 2
+        assert_means((wi @ axis > 0).mean(), 0.25 / N + spread, share)
+
+
+def irradiance(lamp: Lamp, x) -> tuple[float, float]:
+    """Of a surface at x that faces upwards, by sampling: mean and its variance."""
+    wi, _, light, pdf = sampled(lamp, x)
+    values = light * np.maximum(wi[:, 2], 0) / np.where(pdf > 0, pdf, 1).astype(float)
+    return values.mean(), values.var() / N + (1e-4 * values.mean()) ** 2
+
+
+def test_irradiance_of_each_lamp():
+    """Inverse squares for balls and points, the sine squared for suns, Lambert's integral for areas."""
+    x = (0.0, 0.0, -2.0)
+    assert_means(*irradiance(LAMPS["ball"], x), 1 / 4)
+    assert_means(*irradiance(Lamp("", "point", IDENTITY, WHITE), x), 1 / 4)
+    assert_means(*irradiance(LAMPS["sun"], x), 1.0)
+    assert_means(*irradiance(Lamp("", "sun", IDENTITY, WHITE), x), 1.0)
+    truth, _ = dblquad(lambda b, a: 4 / (4 + a * a + b * b) ** 2, -0.75, 0.75, -0.25, 0.25)
+    assert_means(*irradiance(LAMPS["rectangle"], x), truth)
+    ellipse, _ = dblquad(
+        lambda b, a: 4 / (4 + a * a + b * b) ** 2, -0.75, 0.75, lambda a: -math.sqrt(0.0625 - a * a / 9), lambda a: math.sqrt(0.0625 - a * a / 9)
+    )
+    assert_means(*irradiance(LAMPS["ellipse"], x), ellipse)
+
+
+def test_a_spread_keeps_the_power():
+    """Cosine-weighted over all directions the softbox sends out what Lambert's emitter does."""
+    cosine = np.sqrt(np.linspace(0, 1, 200_001)[1:])
+    table = lamps.lamp_table((LAMPS["grid"],))
+    light = np.array([lamps._area_radiance(table, 0, F(c))[0] for c in cosine[::100]])
+    assert light.mean() == pytest.approx(1, rel=2e-3)
+
+
+# --- triangles and the choice among all lights ------------------------------------------------------------------------
+
+
+@kernel
+def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf):
+    for i in range(len(u)):
+        wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, u[i, 0], u[i, 1], u[i, 2])
+        store(points, i, add(x, scale(wi, distance)))
+
+
+def unfold(barycentric: np.ndarray) -> np.ndarray:
+    """Points uniform in a triangle become uniform in the unit square: the squared distance from corner 0, and the way across."""
+    s = barycentric.sum(axis=1)
+    return np.stack([s * s, barycentric[:, 0] / s], axis=1).clip(0, 1)
+
+
+def test_triangle_points_are_uniform_over_its_area():
+    points = np.array([uniform_triangle(u, v) for u, v in numbers(100_000)])
+    assert points.min() >= 0
+    assert points.sum(axis=1).max() <= 1
+    assert_uniform(unfold(points), 12)
+
+
+def test_triangles_are_uniform_by_area_and_weighted_by_luminance():
+    b = scenes.Builder()
+    b.quad((0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), scenes.material("bright", emission=(4.0, 2.0, 1.0)))
+    b.quad((0, 0, 1), (1, 0, 1), (1, 1, 2), (0, 1, 2), scenes.material("dark"))
+    b.quad((5, 0, 0), (5, 1, 0), (5, 1, 5), (5, 0, 5), scenes.material("blue", emission=(0.0, 0.0, 3.0)))
+    scene = b.scene(scenes.look((9, 9, 9), (0, 0, 0), 40, 4, 4))
+    shading, geometry = compile_shaders(scene), Geometry(scene)
+    table = lights(scene, shading, geometry.surface)
+    corners = scene.vertices[scene.triangles[table.triangle]].astype(float)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    pdf_area = table.pdf_area[scene.material[table.triangle]]
+    assert (area * pdf_area).sum() == pytest.approx(1, abs=1e-6)
+    assert table.pdf_area[1] == 0
+    assert table.pdf_area[0] / table.pdf_area[2] == pytest.approx((4 * 0.2126 + 2 * 0.7152 + 0.0722) / (3 * 0.0722), rel=1e-5)
+    points, chosen, pdf = np.empty((N, 3), np.float32), np.empty(N, np.int64), np.empty(N, np.float32)
+    x = (F(3), F(3), F(3))
+    draw_lights(table, shading, geometry.surface, np.zeros((REGISTERS, 3), np.float32), x, numbers(dimensions=3), points, chosen, pdf)
+    assert_distributed(np.bincount(chosen, minlength=len(area) + 1)[:-1], N * area * pdf_area)
+    for light, (a, b_, c) in enumerate(corners):
+        edges = np.stack([b_ - a, c - a], axis=1)
+        barycentric, residual, *_ = np.linalg.lstsq(edges, (points[chosen == light] - a).T)
+        assert residual.max() < 1e-4
+        assert_uniform(unfold(barycentric.T), 8)
+
+
+# --- the world -------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def draw_world(table, u, wi, pdf):
+    for i in range(len(u)):
+        w = world.sample_world(table, u[i, 0], u[i, 1])
+        store(wi, i, w)
+        pdf[i] = world.world_pdf(table, w)
+
+
+def varying_sky() -> Shader:
+    """Bright around +x, black below: radiance max(x, 0)^3."""
+    code = (Instruction("position"), Instruction("component", (Node(0),), options=(0,)), Instruction("math", (Node(1), 0.0), "MAXIMUM", (0,)))
+    code += (Instruction("math", (Node(2), 3.0), "POWER", (0,)),)
+    return Shader("sky", code, (Closure("emission", 1.0, {"color": WHITE, "strength": Node(3)}),))
+
+
+def test_the_world_is_drawn_by_its_brightness():
+    b = scenes.Builder()
+    b.quad((0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), scenes.material("grey", (0.5,) * 3))
+    scene = replace(b.scene(scenes.look((9, 9, 9), (0, 0, 0), 40, 4, 4)), world=varying_sky())
+    table, total = world.world_map(compile_shaders(scene))
+    assert total == pytest.approx(2 * np.pi / 4, rel=1e-4)
+    wi, pdf = np.empty((N, 3), np.float32), np.empty(N, np.float32)
+    draw_world(table, numbers(), wi, pdf)
+    np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1, atol=1e-5)
+    z, turn = wi[:, 2], np.arctan2(wi[:, 1], wi[:, 0]) % (2 * np.pi)
+    counts, *_ = np.histogram2d(np.arccos(z), turn, bins=[np.linspace(0, np.pi, 33), np.linspace(0, 2 * np.pi, 65)])
+    rows, columns = table.pdf.shape
+    edges = np.cos(np.linspace(0, np.pi, rows + 1))
+    mass = table.pdf.astype(float) * ((edges[:-1] - edges[1:]) * 2 * np.pi / columns)[:, None]
+    assert mass.sum() == pytest.approx(1, rel=1e-5)
+    assert_distributed(counts, N * mass.reshape(32, rows // 32, 64, columns // 64).sum(axis=(1, 3)))
+    estimate = np.maximum(wi[:, 0], 0).astype(float) ** 3 / pdf
+    assert_means(estimate.mean(), estimate.var() / N, np.pi / 2)
+
