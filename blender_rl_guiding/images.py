@@ -12,7 +12,6 @@ from PIL import Image
 
 from .errors import InputError, atomic
 
-
 _CHANNELS = {"Normal": "XYZ", "Position": "XYZ", "Depth": "Z", "Sample Count": "X"}  # of passes that are not colours
 
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from .kernels import kernel
+from .kernels import part
 
 F = np.float32
 PI = F(math.pi)
@@ -17,13 +17,13 @@ INV_PI = F(1 / math.pi)
 # --- vectors ---------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def vector(array, i):
     """Row i of an (n, 3) array."""
     return array[i, 0], array[i, 1], array[i, 2]
 
 
-@kernel
+@part
 def store(array, i, v):
     """Write v to row i of an (n, 3) array."""
     array[i, 0] = v[0]
@@ -31,7 +31,7 @@ def store(array, i, v):
     array[i, 2] = v[2]
 
 
-@kernel
+@part
 def accumulate(array, i, v):
     """Add v to row i of an (n, 3) array."""
     array[i, 0] += v[0]
@@ -39,49 +39,49 @@ def accumulate(array, i, v):
     array[i, 2] += v[2]
 
 
-@kernel
+@part
 def dot(a, b):
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel
+@part
 def cross(a, b):
     """Vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@kernel
+@part
 def add(a, b):
     """a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@kernel
+@part
 def subtract(a, b):
     """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@kernel
+@part
 def multiply(a, b):
     """Component by component, as colours do."""
     return a[0] * b[0], a[1] * b[1], a[2] * b[2]
 
 
-@kernel
+@part
 def scale(a, s):
     """s a."""
     return a[0] * s, a[1] * s, a[2] * s
 
 
-@kernel
+@part
 def normalize(a):
     """The unit vector along a; NaN for the zero vector."""
     return scale(a, F(1) / math.sqrt(dot(a, a)))
 
 
-@kernel
+@part
 def luminance(c):
     """Luminance of linear Rec. 709 RGB."""
     return F(0.2126) * c[0] + F(0.7152) * c[1] + F(0.0722) * c[2]
@@ -90,7 +90,7 @@ def luminance(c):
 # --- tangent frames --------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def tangents(n):
     """Two unit vectors that make a right-handed frame with the unit normal n (Duff et al. 2017).
 
@@ -103,13 +103,13 @@ def tangents(n):
     return (F(1) + sign * n[0] * n[0] * a, sign * b, -sign * n[0]), (b, sign + n[1] * n[1] * a, -n[1])
 
 
-@kernel
+@part
 def to_world(tangent, bitangent, n, v):
     """From the local frame to world space."""
     return add(add(scale(tangent, v[0]), scale(bitangent, v[1])), scale(n, v[2]))
 
 
-@kernel
+@part
 def to_local(tangent, bitangent, n, v):
     """From world space to the local frame."""
     return dot(tangent, v), dot(bitangent, v), dot(n, v)
@@ -118,7 +118,7 @@ def to_local(tangent, bitangent, n, v):
 # --- warps -----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def cosine_hemisphere(u, v):
     """A direction around +z with pdf cos(theta) / pi, from two uniform numbers (Malley's method)."""
     r = math.sqrt(u)
@@ -126,7 +126,7 @@ def cosine_hemisphere(u, v):
     return r * math.cos(phi), r * math.sin(phi), math.sqrt(F(1) - u)
 
 
-@kernel
+@part
 def uniform_triangle(u, v):
     """Barycentric coordinates of vertices 1 and 2, uniform over the triangle's area (Heitz 2019)."""
     if v > u:
@@ -134,7 +134,7 @@ def uniform_triangle(u, v):
     return u - F(0.5) * v, F(0.5) * v
 
 
-@kernel
+@part
 def pick(cdf, row, count, u):
     """The first of `count` entries whose cumulative probability in `cdf[row]` exceeds u in [0, 1)."""
     low, high = 0, count - 1
@@ -150,7 +150,7 @@ def pick(cdf, row, count, u):
 # --- random streams --------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def mix(z):
     """The finaliser of SplitMix64 (Steele et al. 2014)."""
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -158,14 +158,14 @@ def mix(z):
     return z ^ (z >> np.uint64(31))
 
 
-@kernel
+@part
 def stream(seed, pixel, sample):
     """The key of one path's random numbers; different for any other seed, pixel or sample."""
     key = mix(np.uint64(seed) + np.uint64(0x9E3779B97F4A7C15))
     return mix(key + (np.uint64(pixel) << np.uint64(32)) + np.uint64(sample))
 
 
-@kernel
+@part
 def uniform2(key, dimension):
     """Two independent numbers in [0, 1), multiples of 2^-24: a pure function of the stream's key and the dimension."""
     bits = mix(key + np.uint64(dimension + 1) * np.uint64(0x9E3779B97F4A7C15))

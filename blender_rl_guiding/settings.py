@@ -66,8 +66,12 @@ class Render(Settings):
     spp: int = setting(32, "Samples per pixel.", min=1, max=1_000_000, label="Samples")
     max_bounces: int = setting(-1, "Scattering events of the longest path: 0 shows emitters only, -1 takes the scene's.", min=-1, max=1024)
     nee: bool = setting(False, "Sample the lights too, combined by multiple importance sampling.", label="Next-Event Estimation")
-    seconds: float = setting(0.0, "Stop after so many seconds of rendering, whatever the samples; 0 takes all samples.", min=0.0, label="Time Limit")
-    noise: float = setting(0.0, "Stop sampling pixels below this noise, as in Cycles; 0 samples all pixels alike.", min=0.0, max=1.0, label="Noise Threshold")
+    seconds: float = setting(
+        0.0, "Stop after so many seconds of rendering, whatever the samples; 0 takes all samples.", min=0.0, label="Time Limit"
+    )
+    noise: float = setting(
+        0.0, "Stop sampling pixels below this noise, as in Cycles; 0 samples all pixels alike.", min=0.0, max=1.0, label="Noise Threshold"
+    )
     denoise: bool = setting(False, "Write a denoised image, too, by Open Image Denoise with albedo and normal.")
     passes: bool = setting(False, "Keep albedo, normal, depth, position, emission, direct, indirect, variance and sample count, too.")
     seed: int = setting(0, "Seed of the random streams.", min=0, max=2**31 - 1)

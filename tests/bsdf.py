@@ -39,10 +39,8 @@ def vector_of(v) -> tuple:
 
 def point_at(wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Point:
     """Where a ray from wo meets a surface with these normals."""
-    zero = vector_of((0, 0, 0))
-    return Point(
-        zero, vector_of(n), vector_of(ng), vector_of(wo), np.int32(0), np.int32(0), F(0), F(0), np.int32(backfacing), np.int32(1), F(1), np.int32(0)
-    )  # fmt: skip
+    where = vector_of((0, 0, 0)), *(vector_of(v) for v in (n, ng, wo)), np.int32(0), np.int32(0), F(0), F(0)
+    return Point(*where, np.int32(backfacing), np.int32(1), F(1), np.int32(0))
 
 
 @kernel
@@ -67,6 +65,19 @@ def _sample(lobes, count, ng, wo, u, wi, label, throughput):
             store(throughput, i, surface.singular(lobes, k, ng, wo, direction, label[i]))
 
 
+@kernel
+def _pick(lobes, count, u, picked, rest):
+    for i in range(len(u)):
+        picked[i], rest[i] = surface.pick(lobes, count, u[i])
+
+
+@kernel
+def _summary(lobes, count, chances):
+    for k in range(count):
+        chances[k] = surface.chance(lobes, k)
+    return surface.albedo(lobes, count), surface.guidable(lobes, count)
+
+
 @dataclass(frozen=True)
 class Surface:
     """The lobes of closures seen from wo."""
@@ -89,10 +100,17 @@ class Surface:
         _sample(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(u, np.float32), wi, label, throughput)
         return wi, label, throughput
 
-    @property
-    def albedo(self) -> np.ndarray:
-        """The estimate, RGB."""
-        return np.array(surface.albedo(self.lobes, self.count))
+    def pick(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lobes and what is left of each number of u (n,)."""
+        picked, rest = np.empty(len(u), np.int64), np.empty(len(u), np.float32)
+        _pick(self.lobes, self.count, np.ascontiguousarray(u, np.float32), picked, rest)
+        return picked, rest
+
+    def summary(self) -> tuple[np.ndarray, float, np.ndarray]:
+        """The estimated albedo, RGB, the probability of a guidable lobe, and that of each lobe."""
+        chances = np.empty(self.count, np.float32)
+        albedo, guidable = _summary(self.lobes, self.count, chances)
+        return np.array(albedo), float(guidable), chances
 
 
 def surface_of(*closures: Closure, wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Surface:

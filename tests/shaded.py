@@ -3,6 +3,7 @@
 import numpy as np
 
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.references import ref
 from blender_rl_guiding.sampling import F, store, vector
 from blender_rl_guiding.scene.data import SceneData, Texture
 from blender_rl_guiding.scene.description import CAMERA, IDENTITY, Camera, Closure, Instruction, Node, Shader
@@ -48,6 +49,7 @@ def scene(
 @kernel
 def glow(shading, shader, points, triangles, uv, wo, backfacing, registers, out):
     """The colour of the shader's first closure at each point, whose normal is +z."""
+    shading = ref(shading)
     up = (F(0), F(0), F(1))
     closure = shading.closures[shading.shaders[shader, 2]]
     for i in range(len(points)):
@@ -55,7 +57,7 @@ def glow(shading, shader, points, triangles, uv, wo, backfacing, registers, out)
         point = Point(
             x, up, up, vector(wo, i), triangles[i], np.int32(0), uv[i, 0], uv[i, 1], backfacing, np.int32(CAMERA), F(1), np.int32(0)
         )
-        run(shading, shader, point, registers)
+        run(shading, shader, ref(point), registers)
         store(out, i, value(shading, registers, closure[COLOR]))
 
 

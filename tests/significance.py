@@ -1,11 +1,14 @@
 """The tests of statistical hypotheses, with one rate of false alarms: 1e-4 for each, however many values it looks at."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
 ALARM = 1e-4  # seeds are fixed, so a test that passed once goes on passing; this is the chance that it never would have
+TINY = 1e-300
+ROUNDING = 2e-5  # relative error of single precision, after some hundred operations
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
@@ -77,3 +80,63 @@ def hemisphere_masses(pdf: Callable[[np.ndarray], np.ndarray], rows: int, column
 def _nodes(parts: int, length: float) -> np.ndarray:
     """Quadrature nodes in each of the equal parts of [0, length], one after another."""
     return ((np.arange(parts)[:, None] + (NODES + 1) / 2) * length / parts).ravel()
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Independent means of many samples each, estimates of their variances, and the degrees of freedom of those; arrays of one shape."""
+
+    mean: np.ndarray
+    variance: np.ndarray
+    freedom: np.ndarray
+
+    def channels(self, count: int) -> "Estimate":
+        """The first so many along the last axis."""
+        return Estimate(*(array[..., :count] for array in (self.mean, self.variance, self.freedom)))
+
+    def joined(self, other: "Estimate") -> "Estimate":
+        """Both, one after the other along the first axis."""
+        pairs = (self.mean, other.mean), (self.variance, other.variance), (self.freedom, other.freedom)
+        return Estimate(*(np.concatenate(pair) for pair in pairs))
+
+
+def pooled(image: Estimate, group: np.ndarray) -> Estimate:
+    """Means of groups of an image's pixels, (groups, channels), where (pixels,) `group` numbers them; freedom after Satterthwaite."""
+    count = np.bincount(group)[:, None]
+
+    def total(array: np.ndarray) -> np.ndarray:
+        flat = array.reshape(len(group), -1)
+        return np.stack([np.bincount(group, channel) for channel in flat.T], axis=1)
+
+    variance, doubt = total(image.variance), total(image.variance**2 / image.freedom)
+    return Estimate(total(image.mean) / count, variance / count**2, variance**2 / np.maximum(doubt, TINY))
+
+
+def assert_same(ours: Estimate, theirs: Estimate) -> None:
+    """Welch's t-test that two sets of means, (N, channels) with the whole image last, are equal, all together."""
+    error, freedom = _welch(ours, theirs)
+    t = (ours.mean - theirs.mean) / error
+    p = 2 * stats.t.sf(np.abs(t), freedom) * t.size
+    worst = np.unravel_index(p.argmin(), p.shape)
+    whole = ", ".join(
+        f"{o / max(c, TINY) - 1:+.2%} +- {e / max(c, TINY):.2%}" for o, c, e in zip(ours.mean[-1], theirs.mean[-1], error[-1], strict=True)
+    )
+    assert p[worst] > ALARM, (
+        f"{(p < ALARM).sum()} of {t.size} values differ, the most {worst}: {ours.mean[worst]:.5g} instead of {theirs.mean[worst]:.5g}, "
+        f"{t[worst]:+.1f} sigma; the whole image by {whole}"
+    )
+
+
+def detectable_difference(ours: Estimate, theirs: Estimate) -> np.ndarray:
+    """The difference of each pair of means that `assert_same` finds nine times in ten."""
+    error, freedom = _welch(ours, theirs)
+    return (stats.t.isf(ALARM / 2 / error.size, freedom) + stats.norm.isf(0.1)) * error
+
+
+def _welch(ours: Estimate, theirs: Estimate) -> tuple[np.ndarray, np.ndarray]:
+    """Standard error of the difference, which has a bit for rounding, and its degrees of freedom."""
+    variance = ours.variance + theirs.variance
+    doubt = ours.variance**2 / np.maximum(ours.freedom, 1) + theirs.variance**2 / np.maximum(theirs.freedom, 1)
+    freedom = np.maximum(variance**2 / np.maximum(doubt, TINY), 1)
+    scale = np.maximum(np.abs(theirs.mean), np.abs(theirs.mean[-1]))  # what is dark has been computed from what is bright
+    return np.sqrt(variance + (ROUNDING * np.maximum(scale, ROUNDING)) ** 2), freedom

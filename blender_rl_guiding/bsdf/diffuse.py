@@ -1,23 +1,23 @@
 """Lambert's diffuse reflection, f = albedo / pi, and what all lobes share that are sampled by the cosine."""
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import INV_PI, F, cosine_hemisphere, dot, scale, tangents, to_world
 from .lobe import DIFFUSE, NORMAL, WEIGHT, get, write
 
 
-@kernel
+@part
 def setup(lobes, k, point, n, color):
     """Write the lobe as row k."""
     write(lobes, k, DIFFUSE, point, n, color, color)
 
 
-@kernel
+@part
 def evaluate(lobes, k, wi):
     """f |cos|, RGB; zero below the lobe's normal."""
     return scale(get(lobes, k, WEIGHT), pdf(lobes, k, wi))
 
 
-@kernel
+@part
 def sample(lobes, k, u, v):
     """A direction wi with the density of `pdf`."""
     n = get(lobes, k, NORMAL)
@@ -25,7 +25,7 @@ def sample(lobes, k, u, v):
     return to_world(tangent, bitangent, n, cosine_hemisphere(u, v))
 
 
-@kernel
+@part
 def pdf(lobes, k, wi):
     """Density of `sample`, per solid angle: cos / pi."""
     return max(dot(get(lobes, k, NORMAL), wi), F(0)) * INV_PI

@@ -2,11 +2,11 @@
 
 import math
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import TWO_PI, F, add, cross, dot, normalize, scale, tangents
 
 
-@kernel
+@part
 def frame(n, tangent):
     """Tangent and bitangent of a right-handed frame whose first vector lies towards `tangent`; any frame if that is zero or along n."""
     bitangent = cross(n, tangent)
@@ -16,7 +16,7 @@ def frame(n, tangent):
     return cross(bitangent, n), bitangent
 
 
-@kernel
+@part
 def turned(v, axis, turns):
     """v turned about the unit axis, counter-clockwise for who looks against it (Rodrigues)."""
     c, s = math.cos(TWO_PI * turns), math.sin(TWO_PI * turns)

@@ -5,37 +5,37 @@ An ior is that of the far side over that of wo's side.
 
 import math
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, scale
 
 _F82 = (6 / 7) ** 5  # Schlick's (1 - cos)^5 where cos = 1/7, about 82 degrees
 
 
-@kernel
+@part
 def lerp(a, b, s):
     """a + s (b - a) of colours."""
     return a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])
 
 
-@kernel
+@part
 def saturate(x):
     """x clamped to [0, 1]."""
     return min(max(x, F(0)), F(1))
 
 
-@kernel
+@part
 def towards_white(f0, s):
     """f0 + s (1 - f0)."""
     return lerp(f0, (F(1), F(1), F(1)), s)
 
 
-@kernel
+@part
 def refracted_cosine(cosine, ior):
     """Cosine of the refracted ray to the reversed normal; 0 for total internal reflection."""
     return math.sqrt(max(ior * ior - (F(1) - cosine * cosine), F(0))) / ior
 
 
-@kernel
+@part
 def dielectric(cosine, ior):
     """Reflectance of unpolarised light, by Fresnel's equations; 1 for total internal reflection."""
     c, t = abs(cosine), refracted_cosine(cosine, ior)
@@ -46,7 +46,7 @@ def dielectric(cosine, ior):
     return F(0.5) * (s * s + p * p)
 
 
-@kernel
+@part
 def dielectric_average(ior):
     """Reflectance averaged over projected solid angle: the fit of Kulla and Conty 2017, which Cycles uses."""
     if ior < F(1):
@@ -54,35 +54,35 @@ def dielectric_average(ior):
     return (ior - F(1)) / (F(4.08567) + F(1.00071) * ior)
 
 
-@kernel
+@part
 def normal_reflectance(ior):
     """Reflectance at normal incidence."""
     r = (ior - F(1)) / (ior + F(1))
     return r * r
 
 
-@kernel
+@part
 def ior_of(f0):
     """The ior above 1 that reflects f0 at normal incidence; f0 counts as 0.99 at most."""
     r = math.sqrt(min(max(f0, F(0)), F(0.99)))
     return (F(1) + r) / (F(1) - r)
 
 
-@kernel
+@part
 def schlick_share(cosine, ior):
     """Where a dielectric's reflectance lies between that at normal incidence (0) and all (1): the curve between f0 and white."""
     f0 = normal_reflectance(ior)
     return saturate((dielectric(cosine, ior) - f0) / (F(1) - f0))
 
 
-@kernel
+@part
 def schlick_share_average(ior):
     """`schlick_share` of the averaged reflectance."""
     f0 = normal_reflectance(ior)
     return saturate((dielectric_average(ior) - f0) / (F(1) - f0))
 
 
-@kernel
+@part
 def f82_lowering(f0, tint):
     """What lowers Schlick's curve so that it is multiplied by the tint at about 82 degrees (Kutz et al. 2021, F82-tint)."""
     schlick = towards_white(f0, F(_F82))
@@ -90,7 +90,7 @@ def f82_lowering(f0, tint):
     return b[0] * (F(1) - tint[0]), b[1] * (F(1) - tint[1]), b[2] * (F(1) - tint[2])
 
 
-@kernel
+@part
 def f82(cosine, f0, b):
     """Reflectance of a metal at this cosine: Schlick's curve lowered by b."""
     s = saturate(F(1) - cosine)
@@ -100,7 +100,7 @@ def f82(cosine, f0, b):
     return saturate(r[0] - b[0] * t), saturate(r[1] - b[1] * t), saturate(r[2] - b[2] * t)
 
 
-@kernel
+@part
 def f82_average(f0, b):
     """`f82` averaged over projected solid angle."""
     r = towards_white(f0, F(1 / 21))

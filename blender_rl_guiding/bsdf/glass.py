@@ -4,7 +4,7 @@ As in Cycles, transmitted light is not scaled by the square of the ior: f |cos| 
 microfacets that would have to be seen from behind transmit nothing; its sampling agrees, its evaluation does not.
 """
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, add, cross, dot, multiply, normalize, scale, subtract
 from . import energy, fresnel
 from .glossy import SINGULAR_ALPHA2, half_vector, mirrored
@@ -30,7 +30,7 @@ from .microfacet import distribution, smith
 _THIRD = F(1 / 3)
 
 
-@kernel
+@part
 def _interface(lobes, k, ior, alpha):
     lobes[k, IOR] = ior
     lobes[k, ALPHA_X] = lobes[k, ALPHA_Y] = alpha
@@ -38,11 +38,11 @@ def _interface(lobes, k, ior, alpha):
     lobes[k, SINGULAR] = F(1) if alpha * alpha <= SINGULAR_ALPHA2 or abs(ior - F(1)) < F(1e-4) else F(0)
 
 
-@kernel
+@part
 def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
     """Write glass as row k; `tints` are the colours of what it reflects and of what it transmits, f0 is at most 1."""
     cosine, roughness, gain = dot(n, point.wo), energy.roughness_of(alpha, alpha), F(1)
-    if multiscatter:
+    if multiscatter != F(0):
         e, average = energy.glass_albedo(roughness, cosine, ior)
         opaque = max(tints[1][0], tints[1][1], tints[1][2]) == F(0)
         fss = multiply(tints[0], fresnel.towards_white(f0, fresnel.schlick_share_average(ior))) if opaque else tints[1]
@@ -58,14 +58,14 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
     put(lobes, k, TRANSMISSION_TINT, tints[1])
 
 
-@kernel
+@part
 def setup_refraction(lobes, k, point, n, color, ior, alpha):
     """Write refraction alone as row k: all that is not reflected totally."""
     write(lobes, k, REFRACTION, point, n, color, color)
     _interface(lobes, k, ior, alpha)
 
 
-@kernel
+@part
 def _shares(lobes, k, cosine):
     """What a microfacet reflects and transmits, RGB each."""
     ior = lobes[k, IOR]
@@ -77,21 +77,21 @@ def _shares(lobes, k, cosine):
     return multiply(r, get(lobes, k, REFLECTION_TINT)), multiply(t, get(lobes, k, TRANSMISSION_TINT))
 
 
-@kernel
+@part
 def _reflecting(reflected, transmitted):
     """Probability that a reflection is sampled."""
     r, t = (reflected[0] + reflected[1] + reflected[2]) * _THIRD, (transmitted[0] + transmitted[1] + transmitted[2]) * _THIRD
     return r / (r + t) if r + t > F(0) else F(1)
 
 
-@kernel
+@part
 def _bent(wo, h, ior):
     """The direction of the refracted ray."""
     cosine = dot(wo, h)
     return subtract(scale(h, cosine / ior - fresnel.refracted_cosine(cosine, ior)), scale(wo, F(1) / ior))
 
 
-@kernel
+@part
 def _half(wo, wi, n, ior, refracts):
     """The microfacet's normal, above the surface, that sends wo to wi, and the factor from its density to that of wi."""
     if not refracts:
@@ -103,7 +103,7 @@ def _half(wo, wi, n, ior, refracts):
     return h, -ior * ior / length2 * cos_o * cos_i if cos_o > F(0) and cos_i < F(0) else F(0)
 
 
-@kernel
+@part
 def evaluate(lobes, k, wo, wi):
     """f |cos|, RGB, and the density of `sample`; wo has to be above the lobe's normal."""
     n, ior, alpha2 = get(lobes, k, NORMAL), lobes[k, IOR], lobes[k, ALPHA_X] * lobes[k, ALPHA_X]
@@ -121,7 +121,7 @@ def evaluate(lobes, k, wo, wi):
     return f, common / (F(1) + shadow_o) * (F(1) - p if refracts else p)
 
 
-@kernel
+@part
 def sample(lobes, k, wo, u, v, w):
     """A direction wi and whether it is refracted; it may lie on the wrong side of the lobe's normal, where it scatters nothing."""
     h = half_vector(lobes, k, wo, u, v)
@@ -131,7 +131,7 @@ def sample(lobes, k, wo, u, v, w):
     return _bent(wo, h, lobes[k, IOR]), True
 
 
-@kernel
+@part
 def singular(lobes, k, wo, refracts):
     """Throughput of the reflected or refracted direction, RGB, over the probability of choosing it."""
     reflected, transmitted = _shares(lobes, k, dot(get(lobes, k, NORMAL), wo))

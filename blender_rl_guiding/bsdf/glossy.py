@@ -1,6 +1,6 @@
 """Microfacet reflection: GGX with one of three Fresnel curves, turned with a tangent where it is anisotropic."""
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, add, cross, dot, multiply, normalize, scale, subtract, tangents, to_local, to_world
 from . import energy, fresnel
 from .frames import frame
@@ -11,16 +11,16 @@ SINGULAR_ALPHA2 = F(2e-10)  # of smoother surfaces no density is computed
 _WHITE, _SCHLICK, _METAL = F(0), F(1), F(2)  # Fresnel curves
 
 
-@kernel
+@part
 def _compensated(weight, fss, alpha, cosine, multiscatter):
     """The weight darkened, and the gain, by which light scattered more than once is made up for."""
-    if not multiscatter:
+    if multiscatter == F(0):
         return weight, F(1)
     e, average = energy.reflection_albedo(energy.roughness_of(alpha[0], alpha[1]), cosine)
     return multiply(weight, energy.darkening(average, e, fss)), F(1) / e
 
 
-@kernel
+@part
 def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
     """Write all but the Fresnel curve."""
     write(lobes, k, GLOSSY, point, n, scale(weight, gain), albedo)
@@ -30,7 +30,7 @@ def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
     put(lobes, k, TANGENT, tangent)
 
 
-@kernel
+@part
 def setup(lobes, k, point, n, weight, color, alpha, tangent, multiscatter):
     """Write a lobe without Fresnel as row k. `alpha` is the pair of squared roughnesses along the tangent and across it, up to 1.
 
@@ -41,7 +41,7 @@ def setup(lobes, k, point, n, weight, color, alpha, tangent, multiscatter):
     lobes[k, FRESNEL] = _WHITE
 
 
-@kernel
+@part
 def dielectric_layer(n, wo, weight, f0, ior, alpha, multiscatter):
     """Weight, gain and albedo of a dielectric's reflection whose reflectance at normal incidence is bent to f0."""
     fss = fresnel.towards_white(f0, fresnel.schlick_share_average(ior))
@@ -50,7 +50,7 @@ def dielectric_layer(n, wo, weight, f0, ior, alpha, multiscatter):
     return weight, gain, multiply(weight, fresnel.towards_white(f0, share))
 
 
-@kernel
+@part
 def setup_dielectric(lobes, k, point, n, weight, f0, ior, alpha, tangent, multiscatter):
     """Write the lobe of `dielectric_layer` as row k; f0 is at most 1."""
     weight, gain, albedo = dielectric_layer(n, point.wo, weight, f0, ior, alpha, multiscatter)
@@ -60,7 +60,7 @@ def setup_dielectric(lobes, k, point, n, weight, f0, ior, alpha, tangent, multis
     put(lobes, k, F0, f0)
 
 
-@kernel
+@part
 def setup_metal(lobes, k, point, n, weight, f0, tint, alpha, tangent, multiscatter):
     """Write the reflection of a metal of colour f0 whose edge is tinted (F82-tint) as row k."""
     b = fresnel.f82_lowering(f0, tint)
@@ -72,7 +72,7 @@ def setup_metal(lobes, k, point, n, weight, f0, tint, alpha, tangent, multiscatt
     put(lobes, k, F82, b)
 
 
-@kernel
+@part
 def reflectance(lobes, k, cosine):
     """Share of light reflected by a microfacet, RGB."""
     if lobes[k, FRESNEL] == _SCHLICK:
@@ -82,13 +82,13 @@ def reflectance(lobes, k, cosine):
     return F(1), F(1), F(1)
 
 
-@kernel
+@part
 def mirrored(v, h):
     """The mirror direction of v about the unit vector h."""
     return subtract(scale(h, F(2) * dot(v, h)), v)
 
 
-@kernel
+@part
 def _shape(lobes, k, wo, wi, h):
     """D, Lambda(wo) and Lambda(wi) of wo and wi above the lobe's normal, with h half way between them."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
@@ -102,7 +102,7 @@ def _shape(lobes, k, wo, wi, h):
     return d, shadow_o, smith_anisotropic(alpha_x, alpha_y, to_local(t, b, n, wi))
 
 
-@kernel
+@part
 def evaluate(lobes, k, wo, wi):
     """f |cos|, RGB, and the density of `sample`; both directions have to be above the lobe's normal."""
     h = normalize(add(wo, wi))
@@ -112,7 +112,7 @@ def evaluate(lobes, k, wo, wi):
     return scale(r, common / (F(1) + shadow_o + shadow_i)), common / (F(1) + shadow_o)
 
 
-@kernel
+@part
 def half_vector(lobes, k, wo, u, v):
     """A microfacet's normal in world space, by those that wo sees; the lobe's own where it is singular."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
@@ -124,13 +124,13 @@ def half_vector(lobes, k, wo, u, v):
     return to_world(t, b, n, visible_normal(alpha_x, alpha_y, to_local(t, b, n, wo), u, v))
 
 
-@kernel
+@part
 def sample(lobes, k, wo, u, v):
     """A direction wi; it may lie below the lobe's normal, where it scatters nothing."""
     return mirrored(wo, half_vector(lobes, k, wo, u, v))
 
 
-@kernel
+@part
 def singular(lobes, k, wo):
     """Throughput of the mirror direction, RGB."""
     return multiply(reflectance(lobes, k, dot(get(lobes, k, NORMAL), wo)), get(lobes, k, WEIGHT))

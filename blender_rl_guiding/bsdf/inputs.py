@@ -5,10 +5,10 @@ Passing all shaders to every function of a lobe would cost each call a hundred a
 
 from collections import namedtuple
 
-from ..kernels import kernel
-from ..sampling import F, store, vector
+from ..kernels import part
+from ..sampling import F, vector
 from ..scene.description import CLOSURES
-from ..shading.operands import KINDS, NONE, REGISTERS, value
+from ..shading.operands import KINDS, NONE, REGISTERS
 from .lobe import normalized
 
 _ROWS = 32  # at the end of the registers, which no code may use
@@ -28,48 +28,53 @@ def kind(name: str) -> int:
     return KINDS.index(name)
 
 
-@kernel
+@part
 def gather(shading, registers, row):
     """Copy the weight and the inputs of a closure to their registers, zero where there is none; returns the closure's kind."""
-    which = shading.closures[row, 0]
+    # Reads operands as shading.operands.value does. To hand `shading` on for each would take longer than all that is done here.
+    closures, constants = shading.closures, shading.constants
+    which = closures[row, 0]
     for column in range(1, _LENGTHS[which]):
-        operand = shading.closures[row, column]
-        v = (F(0), F(0), F(0)) if operand == NONE else value(shading, registers, operand)
-        store(registers, WEIGHT - 1 + column, v)
+        operand, register = closures[row, column], WEIGHT - 1 + column
+        for i in range(3):
+            if operand >= 0:
+                registers[register, i] = constants[operand, i]
+            else:
+                registers[register, i] = F(0) if operand == NONE else registers[~operand, i]
     return which
 
 
-@kernel
+@part
 def number(registers, row):
     """A number."""
     return registers[row, 0]
 
 
-@kernel
+@part
 def color(registers, row):
     """A colour; negative channels count as 0."""
     return max(registers[row, 0], F(0)), max(registers[row, 1], F(0)), max(registers[row, 2], F(0))
 
 
-@kernel
+@part
 def factor(registers, row):
     """A number between 0 and 1."""
     return min(max(registers[row, 0], F(0)), F(1))
 
 
-@kernel
+@part
 def positive(registers, row):
     """A number; below 1e-5 it counts as that."""
     return max(registers[row, 0], F(1e-5))
 
 
-@kernel
+@part
 def normal(registers, row, fallback):
     """A unit normal; the fallback where there is none."""
     return normalized(vector(registers, row), fallback)
 
 
-@kernel
+@part
 def tangent(registers, row):
     """A tangent of any length, zero where there is none."""
     return vector(registers, row)

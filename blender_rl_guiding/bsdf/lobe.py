@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, dot, luminance, normalize
 
 LOBES, COLUMNS = 16, 32  # shape of the scratch array; the last row is never kept, so that writing needs no test
@@ -11,35 +11,34 @@ CUTOFF = F(1e-5)  # lobes of a smaller albedo are left out
 # Kinds of lobes.
 DIFFUSE, OREN_NAYAR, SHEEN, TRANSLUCENT, GLOSSY, GLASS, REFRACTION = (F(k) for k in range(7))
 
-I = np.int64  # typed, as kernels are compiled once more for every literal number they are given
-# Columns of every lobe. Three columns hold a vector or a colour.
-KIND = I(0)
-PROBABILITY = I(1)  # of being picked
-SINGULAR = I(2)  # 1 if the lobe scatters into single directions
-BUMPED = I(3)  # 1 if the lobe's normal is not the surface's shading normal
-NORMAL = I(4)
-WEIGHT = I(7)  # factor on the lobe, with its energy compensation
-ALBEDO = I(10)  # estimate of the share of light that the lobe scatters, RGB
-SMOOTH_NORMAL = I(13)  # the surface's shading normal
+# Columns of every lobe; three of them hold a vector or a colour. Typed, as kernels are compiled anew for every literal number.
+KIND = np.int64(0)
+PROBABILITY = np.int64(1)  # of being picked
+SINGULAR = np.int64(2)  # 1 if the lobe scatters into single directions
+BUMPED = np.int64(3)  # 1 if the lobe's normal is not the surface's shading normal
+NORMAL = np.int64(4)
+WEIGHT = np.int64(7)  # factor on the lobe, with its energy compensation
+ALBEDO = np.int64(10)  # estimate of the share of light that the lobe scatters, RGB
+SMOOTH_NORMAL = np.int64(13)  # the surface's shading normal
 
 # Columns of microfacet lobes. Oren-Nayar and sheen use the first ones for their own.
-TANGENT = I(16)
-ALPHA_X, ALPHA_Y = I(19), I(20)
-IOR = I(21)  # of the far side over this one
-F0 = I(22)
-F82 = I(25)  # of metals: what Schlick's curve is lowered by
-TRANSMISSION_TINT = I(25)  # of glass
-REFLECTION_TINT = I(28)  # of glass
-FRESNEL = I(31)
+TANGENT = np.int64(16)
+ALPHA_X, ALPHA_Y = np.int64(19), np.int64(20)
+IOR = np.int64(21)  # of the far side over this one
+F0 = np.int64(22)
+F82 = np.int64(25)  # of metals: what Schlick's curve is lowered by
+TRANSMISSION_TINT = np.int64(25)  # of glass
+REFLECTION_TINT = np.int64(28)  # of glass
+FRESNEL = np.int64(31)
 
 
-@kernel
+@part
 def get(lobes, k, column):
     """The vector or colour in three columns of lobe k."""
     return lobes[k, column], lobes[k, column + 1], lobes[k, column + 2]
 
 
-@kernel
+@part
 def put(lobes, k, column, v):
     """Write a vector or colour to three columns of lobe k."""
     lobes[k, column] = v[0]
@@ -47,7 +46,7 @@ def put(lobes, k, column, v):
     lobes[k, column + 2] = v[2]
 
 
-@kernel
+@part
 def write(lobes, k, kind, point, n, weight, albedo):
     """Fill in the columns that every lobe has; PROBABILITY is relative for now."""
     lobes[k, KIND] = kind
@@ -62,13 +61,13 @@ def write(lobes, k, kind, point, n, weight, albedo):
         put(lobes, k, SMOOTH_NORMAL, point.n)
 
 
-@kernel
+@part
 def keep(lobes, count):
     """The number of lobes with the one just written as row `count`, unless it is too dark or one too many."""
     return count + 1 if lobes[count, PROBABILITY] > CUTOFF and count < LOBES - 1 else count
 
 
-@kernel
+@part
 def normalized(v, fallback):
     """The unit vector along v, or the fallback where v is zero."""
     return normalize(v) if dot(v, v) > F(0) else fallback

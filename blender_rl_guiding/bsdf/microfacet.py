@@ -5,25 +5,25 @@ Sources: Walter et al. 2007; Heitz 2014, 2018; sampling after Dupuy and Benyoub 
 
 import math
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import INV_PI, PI, TWO_PI, F, normalize
 
 
-@kernel
+@part
 def smith(alpha2, cosine):
     """Smith's Lambda of a direction at this cosine to the normal, for the squared roughness alpha2."""
     tan2 = max(F(1) / (cosine * cosine) - F(1), F(0))
     return F(0.5) * (math.sqrt(F(1) + alpha2 * tan2) - F(1))
 
 
-@kernel
+@part
 def smith_anisotropic(alpha_x, alpha_y, v):
     """Smith's Lambda of the local direction v."""
     x, y = alpha_x * v[0], alpha_y * v[1]
     return F(0.5) * (math.sqrt(F(1) + (x * x + y * y) / (v[2] * v[2])) - F(1))
 
 
-@kernel
+@part
 def distribution(alpha2, sin2, cos2):
     """GGX's density D of microfacet normals at an angle whose squared sine and cosine are given.
 
@@ -33,7 +33,7 @@ def distribution(alpha2, sin2, cos2):
     return alpha2 / (PI * t * t)
 
 
-@kernel
+@part
 def distribution_anisotropic(alpha_x, alpha_y, h):
     """D of the local microfacet normal h."""
     x, y = h[0] / alpha_x, h[1] / alpha_y
@@ -41,7 +41,7 @@ def distribution_anisotropic(alpha_x, alpha_y, h):
     return INV_PI / (alpha_x * alpha_y * t * t)
 
 
-@kernel
+@part
 def visible_normal(alpha_x, alpha_y, v, u1, u2):
     """A local microfacet normal with the density D max(v.h, 0) / (v.z (1 + Lambda(v))), for the local direction v above the surface.
 

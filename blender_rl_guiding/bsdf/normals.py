@@ -2,13 +2,13 @@
 
 import math
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, add, dot, scale, subtract
 from .lobe import NORMAL, SMOOTH_NORMAL, get, normalized
 from .microfacet import smith
 
 
-@kernel
+@part
 def reflectable(ng, wo, n):
     """The normal nearest to n, towards ng, whose mirror direction of wo lies above the surface.
 
@@ -28,14 +28,14 @@ def reflectable(ng, wo, n):
     return add(scale(t, math.sqrt(max(F(1) - z2, F(0)))), scale(ng, math.sqrt(max(z2, F(0)))))
 
 
-@kernel
+@part
 def leaks(lobes, k, wi):
     """Whether a bumped lobe would send light through the smooth surface: wi is on different sides for the two normals."""
     n, smooth = get(lobes, k, NORMAL), get(lobes, k, SMOOTH_NORMAL)
     return dot(smooth, wi) * dot(smooth, n) * dot(n, wi) < F(0)
 
 
-@kernel
+@part
 def bump_shadowing(lobes, k, wi):
     """Factor in [0, 1] that softens the terminator of bumped diffuse lobes (Estevez et al. 2019, as Cycles uses it)."""
     if leaks(lobes, k, wi):

@@ -5,7 +5,7 @@ Sources: Fujii, "A tiny improvement of Oren-Nayar reflectance model"; Portsmouth
 
 import math
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import INV_PI, PI, F, add, dot, multiply, scale
 from .fresnel import saturate
 from .lobe import ALPHA_X, ALPHA_Y, F0, NORMAL, OREN_NAYAR, WEIGHT, get, put, write
@@ -14,7 +14,7 @@ _A, _B, _MULTIPLE = ALPHA_X, ALPHA_Y, F0  # columns: Fujii's A and B over pi, an
 _AVERAGE = (2 * math.pi - 5.6) / 3  # of G over projected solid angle, as OpenPBR rounds it
 
 
-@kernel
+@part
 def _lost(a, b, cosine):
     """The share of light at this cosine that single scattering does not return: 1 - E."""
     s = math.sqrt(max(F(1) - cosine * cosine, F(0)))
@@ -25,14 +25,14 @@ def _lost(a, b, cosine):
     return F(1) - (a * PI + b * g)
 
 
-@kernel
+@part
 def _multiple(color, average):
     """Colour of the multiple scattering of one channel, for the average share that single scattering returns."""
     c = saturate(color)
     return INV_PI * c * c * (average / (F(1) - average)) / (F(1) - c * (F(1) - average))
 
 
-@kernel
+@part
 def setup(lobes, k, point, n, weight, color, roughness):
     """Write the lobe as row k. The weight has the colour in it already; the colour itself tints the multiple scattering."""
     write(lobes, k, OREN_NAYAR, point, n, weight, weight)
@@ -46,7 +46,7 @@ def setup(lobes, k, point, n, weight, color, roughness):
     put(lobes, k, _MULTIPLE, scale(multiple, _lost(a, b, max(dot(n, point.wo), F(0)))))
 
 
-@kernel
+@part
 def evaluate(lobes, k, wo, wi):
     """f |cos|, RGB; zero below the lobe's normal."""
     n, a, b = get(lobes, k, NORMAL), lobes[k, _A], lobes[k, _B]

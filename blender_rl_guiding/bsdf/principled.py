@@ -5,7 +5,7 @@ Each layer takes its albedo from those below. Tints, ior and weights mean what t
 
 from typing import NamedTuple
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, multiply, scale
 from . import diffuse, fresnel, glass, glossy, oren_nayar, sheen
 from .closures import aspect, relative_ior
@@ -24,16 +24,16 @@ class _Interface(NamedTuple):
     n: tuple
     alpha: tuple
     tangent: tuple
-    multiscatter: bool
+    multiscatter: F
 
 
-@kernel
+@part
 def transparency(registers):
     """The share of light that passes straight on, RGB."""
     return scale(color(registers, WEIGHT), F(1) - factor(registers, _P.alpha))
 
 
-@kernel
+@part
 def emission(registers, point):
     """Radiance towards wo, through sheen and coat."""
     strength = number(registers, _P.emission_strength)
@@ -43,7 +43,7 @@ def emission(registers, point):
     return multiply(scale(color(registers, _P.emission_color), strength), weight)
 
 
-@kernel
+@part
 def add_principled(registers, point, lobes, count):
     """Write the lobes; returns the new number of them."""
     weight = _opaque(registers)
@@ -56,12 +56,12 @@ def add_principled(registers, point, lobes, count):
     return _add_diffuse(registers, point, lobes, count, weight)
 
 
-@kernel
+@part
 def _opaque(registers):
     return scale(color(registers, WEIGHT), factor(registers, _P.alpha))
 
 
-@kernel
+@part
 def _under(layer, weight):
     """The weight of what lies under a layer of this albedo, given the weight of both."""
     taken = F(0)
@@ -74,7 +74,7 @@ def _under(layer, weight):
 # --- sheen -----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def _sheen(registers, point, weight):
     """Weight, normal and roughness of the sheen."""
     n = normal(registers, _P.normal, point.n)
@@ -85,12 +85,12 @@ def _sheen(registers, point, weight):
     return scale(tint, share), normalized(blend, n), factor(registers, _P.sheen_roughness)
 
 
-@kernel
+@part
 def _has_sheen(registers):
     return number(registers, _P.sheen_weight) > CUTOFF
 
 
-@kernel
+@part
 def _under_sheen(registers, point, weight):
     if not _has_sheen(registers):
         return weight
@@ -98,7 +98,7 @@ def _under_sheen(registers, point, weight):
     return _under(scale(tint, sheen.albedo(n, point.wo, roughness)), weight)
 
 
-@kernel
+@part
 def _add_sheen(registers, point, lobes, count, weight):
     if not _has_sheen(registers):
         return count, weight
@@ -110,7 +110,7 @@ def _add_sheen(registers, point, lobes, count, weight):
 # --- coat ------------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def _coat(registers, point, weight):
     """Weight, normal, f0, ior and squared roughnesses of the coat."""
     n = normal(registers, _P.normal, point.n)
@@ -121,12 +121,12 @@ def _coat(registers, point, weight):
     return scale(weight, share), n, (f0, f0, f0), ior, (roughness * roughness, roughness * roughness)
 
 
-@kernel
+@part
 def _has_coat(registers):
     return number(registers, _P.coat_weight) > CUTOFF
 
 
-@kernel
+@part
 def _absorbed(registers, n, wo, ior):
     """What the coat's tint leaves of light that crosses it once; the tint is that of a path along the normal."""
     share = number(registers, _P.coat_weight)
@@ -135,52 +135,52 @@ def _absorbed(registers, n, wo, ior):
     return fresnel.lerp(_WHITE, (tint[0] ** depth, tint[1] ** depth, tint[2] ** depth), share)
 
 
-@kernel
+@part
 def _under_coat(registers, point, weight):
     if not _has_coat(registers):
         return weight
     coat, n, f0, ior, alpha = _coat(registers, point, weight)
-    below = _under(glossy.dielectric_layer(n, point.wo, coat, f0, ior, alpha, True)[2], weight)
+    below = _under(glossy.dielectric_layer(n, point.wo, coat, f0, ior, alpha, F(1))[2], weight)
     return multiply(below, _absorbed(registers, n, point.wo, ior))
 
 
-@kernel
+@part
 def _add_coat(registers, point, lobes, count, weight):
     if not _has_coat(registers):
         return count, weight
     coat, n, f0, ior, alpha = _coat(registers, point, weight)
-    glossy.setup_dielectric(lobes, count, point, n, coat, f0, ior, alpha, (F(0), F(0), F(0)), True)
+    glossy.setup_dielectric(lobes, count, point, n, coat, f0, ior, alpha, (F(0), F(0), F(0)), F(1))
     return keep(lobes, count), _under_coat(registers, point, weight)
 
 
 # --- base ------------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def _interface(registers, point):
     n = normal(registers, _P.normal, point.n)
     roughness = factor(registers, _P.roughness)
     alpha = aspect(roughness * roughness, factor(registers, _P.anisotropic))
     turns = number(registers, _P.anisotropic_rotation)
     t = turned(tangent(registers, _P.tangent), n, turns)
-    multiscatter = number(registers, _P.multiscatter) != F(0)
+    multiscatter = number(registers, _P.multiscatter)
     return _Interface(reflectable(point.ng, point.wo, n), alpha, t, multiscatter)
 
 
-@kernel
+@part
 def _base_color(registers):
     c = color(registers, _P.base_color)
     return min(c[0], F(1)), min(c[1], F(1)), min(c[2], F(1))
 
 
-@kernel
+@part
 def _tinted_f0(registers, f0):
     """Reflectance at normal incidence with the specular tint."""
     c = scale(color(registers, _P.specular_tint), f0)
     return fresnel.saturate(c[0]), fresnel.saturate(c[1]), fresnel.saturate(c[2])
 
 
-@kernel
+@part
 def _add_metal(registers, point, lobes, count, weight, interface):
     share = factor(registers, _P.metallic)
     if share <= CUTOFF:
@@ -193,7 +193,7 @@ def _add_metal(registers, point, lobes, count, weight, interface):
     return keep(lobes, count), scale(weight, F(1) - share)
 
 
-@kernel
+@part
 def _add_glass(registers, point, lobes, count, weight, interface):
     share = factor(registers, _P.transmission)
     if share <= CUTOFF:
@@ -207,7 +207,7 @@ def _add_glass(registers, point, lobes, count, weight, interface):
     return keep(lobes, count), scale(weight, F(1) - share)
 
 
-@kernel
+@part
 def _specular_ior(ior, level):
     """The ior, and its reflectance at normal incidence, that the specular level makes of an ior; 0.5 leaves it as it is."""
     f0 = fresnel.normal_reflectance(ior)
@@ -218,7 +218,7 @@ def _specular_ior(ior, level):
     return F(1) / adjusted if ior < F(1) else adjusted, f0
 
 
-@kernel
+@part
 def _add_specular(registers, point, lobes, count, weight, interface):
     level = max(number(registers, _P.specular_ior_level), F(0))
     ior, f0 = _specular_ior(positive(registers, _P.ior), level)
@@ -230,7 +230,7 @@ def _add_specular(registers, point, lobes, count, weight, interface):
     return keep(lobes, count), _under(get(lobes, count, ALBEDO), weight)
 
 
-@kernel
+@part
 def _add_diffuse(registers, point, lobes, count, weight):
     n = normal(registers, _P.normal, point.n)
     base = color(registers, _P.base_color)

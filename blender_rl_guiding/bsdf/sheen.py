@@ -5,7 +5,7 @@ In the frame whose first axis lies towards wo, x' = a x + b z, y' = a y, z' = z 
 
 import math
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import INV_PI, TWO_PI, F, dot, normalize, scale, to_local, to_world
 from .energy import sheen_fit
 from .frames import frame
@@ -14,13 +14,13 @@ from .lobe import ALPHA_X, ALPHA_Y, NORMAL, SHEEN, TANGENT, WEIGHT, get, put, wr
 _A, _B = ALPHA_X, ALPHA_Y  # columns
 
 
-@kernel
+@part
 def albedo(n, wo, roughness):
     """The share of light from wo that sheen scatters."""
     return sheen_fit(dot(n, wo), max(roughness, F(1e-3)))[2]
 
 
-@kernel
+@part
 def setup(lobes, k, point, n, color, roughness):
     """Write the lobe as row k."""
     a, b, share = sheen_fit(dot(n, point.wo), max(roughness, F(1e-3)))
@@ -31,20 +31,20 @@ def setup(lobes, k, point, n, color, roughness):
     put(lobes, k, TANGENT, frame(n, point.wo)[0])
 
 
-@kernel
+@part
 def _local(lobes, k, wi):
     n, tangent = get(lobes, k, NORMAL), get(lobes, k, TANGENT)
     _, bitangent = frame(n, tangent)
     return to_local(tangent, bitangent, n, wi)
 
 
-@kernel
+@part
 def evaluate(lobes, k, wi):
     """f |cos|, RGB; zero below the lobe's normal."""
     return scale(get(lobes, k, WEIGHT), pdf(lobes, k, wi))
 
 
-@kernel
+@part
 def sample(lobes, k, u, v):
     """A direction wi with the density of `pdf`."""
     a, b = lobes[k, _A], lobes[k, _B]
@@ -55,7 +55,7 @@ def sample(lobes, k, u, v):
     return to_world(tangent, bitangent, n, normalize(((x - b * z) / a, y / a, z)))
 
 
-@kernel
+@part
 def pdf(lobes, k, wi):
     """Density of `sample`, per solid angle."""
     a, b, (x, y, z) = lobes[k, _A], lobes[k, _B], _local(lobes, k, wi)

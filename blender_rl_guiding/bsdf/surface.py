@@ -7,11 +7,11 @@ the other side of both.
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, add, dot, scale
 from ..scene import description
 from . import closures, diffuse, glass, glossy, oren_nayar, principled, sheen, translucent
-from .inputs import columns, gather, kind, number
+from .inputs import columns, gather, kind
 from .lobe import (
     ALBEDO,
     BUMPED,
@@ -27,6 +27,7 @@ from .lobe import (
     REFRACTION,
     SHEEN,
     TRANSLUCENT,
+    WEIGHT,
     get,
 )
 from .lobe import SINGULAR as IS_SINGULAR
@@ -53,38 +54,45 @@ __all__ = [
 SINGULAR = 64  # in labels, beside the kinds of rays: the direction is the only one, and has no density
 
 _BLACK = (F(0), F(0), F(0))
-_EMISSION, _TRANSPARENT = columns("emission"), columns("transparent")
+_TRANSPARENT = columns("transparent")
 _K_DIFFUSE, _K_TRANSLUCENT, _K_TRANSPARENT, _K_EMISSION = kind("diffuse"), kind("translucent"), kind("transparent"), kind("emission")
 _K_GLOSSY, _K_METALLIC, _K_GLASS, _K_REFRACTION = kind("glossy"), kind("metallic"), kind("glass"), kind("refraction")
-_K_SHEEN, _K_PRINCIPLED = kind("sheen"), kind("principled")
+_K_PRINCIPLED = kind("principled")
 _R_DIFFUSE, _R_GLOSSY, _R_TRANSMISSION = description.DIFFUSE, description.GLOSSY, description.TRANSMISSION
 
 
 # --- from closures to lobes ------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def scatter(shading, shader, point, registers, lobes):
     """Write the lobes of a shader whose code has run; returns their number, emission and transparency.
 
     Emission is radiance towards wo, RGB; transparency the share of light that passes straight on, RGB. The lobes' probabilities
     are proportional to the luminance of their albedos.
     """
-    count = np.int64(0)  # not a literal, for which all lobes would be compiled once more
+    count, emitted, passing = np.int64(0), _BLACK, _BLACK  # not a literal, for which all lobes would be compiled once more
     for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
-        count = _add(shading, registers, row, point, lobes, count)
+        which = gather(shading, registers, row)
+        if which == _K_DIFFUSE:
+            count = closures.add_diffuse(registers, point, lobes, count)
+        elif which == _K_PRINCIPLED:
+            count = principled.add_principled(registers, point, lobes, count)
+            emitted = add(emitted, principled.emission(registers, point))
+            passing = add(passing, principled.transparency(registers))
+        elif which == _K_EMISSION:
+            emitted = add(emitted, closures.emission(registers))
+        elif which == _K_TRANSPARENT:
+            passing = add(passing, closures.tinted_weight(registers, _TRANSPARENT.color))
+        else:
+            count = _add(which, registers, point, lobes, count)
     _normalize(lobes, count)
-    return count, emission(shading, shader, point, registers), transparency(shading, shader, point, registers)
+    return count, emitted, passing
 
 
-@kernel
-def _add(shading, registers, row, point, lobes, count):
-    """Write the lobes of one closure; returns the new number of lobes."""
-    which = gather(shading, registers, row)
-    if which == _K_DIFFUSE:
-        return closures.add_diffuse(registers, point, lobes, count)
-    if which == _K_PRINCIPLED:
-        return principled.add_principled(registers, point, lobes, count)
+@part
+def _add(which, registers, point, lobes, count):
+    """Write the lobes of one of the rarer closures; returns the new number of lobes."""
     if which == _K_GLOSSY:
         return closures.add_glossy(registers, point, lobes, count)
     if which == _K_METALLIC:
@@ -95,12 +103,10 @@ def _add(shading, registers, row, point, lobes, count):
         return closures.add_refraction(registers, point, lobes, count)
     if which == _K_TRANSLUCENT:
         return closures.add_translucent(registers, point, lobes, count)
-    if which == _K_SHEEN:
-        return closures.add_sheen(registers, point, lobes, count)
-    return count
+    return closures.add_sheen(registers, point, lobes, count)
 
 
-@kernel
+@part
 def _normalize(lobes, count):
     """Make the lobes' probabilities sum to 1."""
     if count == 1:
@@ -113,7 +119,7 @@ def _normalize(lobes, count):
         lobes[k, PROBABILITY] /= total
 
 
-@kernel
+@part
 def emission(shading, shader, point, registers):
     """Radiance towards wo, RGB; also that of the world."""
     total = _BLACK
@@ -121,15 +127,14 @@ def emission(shading, shader, point, registers):
         which = shading.closures[row, 0]
         if which == _K_EMISSION:
             gather(shading, registers, row)
-            strength = number(registers, _EMISSION.strength)
-            total = add(total, scale(closures.tinted_weight(registers, _EMISSION.color), strength))
+            total = add(total, closures.emission(registers))
         elif which == _K_PRINCIPLED:
             gather(shading, registers, row)
             total = add(total, principled.emission(registers, point))
     return total
 
 
-@kernel
+@part
 def transparency(shading, shader, point, registers):
     """The share of light that passes straight on, RGB."""
     total = _BLACK
@@ -144,7 +149,7 @@ def transparency(shading, shader, point, registers):
     return total
 
 
-@kernel
+@part
 def albedo(lobes, count):
     """An estimate of the share of light from wo that the lobes scatter, RGB."""
     total = _BLACK
@@ -156,7 +161,7 @@ def albedo(lobes, count):
 # --- evaluating ------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def evaluate(lobes, count, ng, wo, wi):
     """f |cos|, RGB, the density with which `pick` and `sample` choose wi, and the part of it that is `guidable`.
 
@@ -164,6 +169,9 @@ def evaluate(lobes, count, ng, wo, wi):
     """
     f, pdf, guidable_pdf = _BLACK, F(0), F(0)
     reflected = dot(ng, wi) > F(0)
+    if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0):  # most surfaces, without the detours
+        pdf = diffuse.pdf(lobes, 0, wi) if reflected else F(0)
+        return scale(get(lobes, 0, WEIGHT), pdf), pdf, pdf
     for k in range(count):
         if reflected == (dot(get(lobes, k, NORMAL), wi) > F(0)) and lobes[k, IS_SINGULAR] == F(0):
             lobe_f, lobe_pdf = _evaluate(lobes, k, reflected, wo, wi)
@@ -175,7 +183,7 @@ def evaluate(lobes, count, ng, wo, wi):
     return f, pdf, guidable_pdf
 
 
-@kernel
+@part
 def _evaluate(lobes, k, reflected, wo, wi):
     """f |cos| and density of one lobe, where wi is on the same side of its normal and of the surface."""
     which = lobes[k, KIND]
@@ -190,7 +198,7 @@ def _evaluate(lobes, k, reflected, wo, wi):
     return _BLACK if lobes[k, BUMPED] != F(0) and leaks(lobes, k, wi) else f, pdf
 
 
-@kernel
+@part
 def _evaluate_diffuse(lobes, k, which, wo, wi):
     if which == DIFFUSE:
         f, pdf = diffuse.evaluate(lobes, k, wi), diffuse.pdf(lobes, k, wi)
@@ -201,7 +209,7 @@ def _evaluate_diffuse(lobes, k, which, wo, wi):
     return scale(f, _softening(lobes, k, wi)), pdf
 
 
-@kernel
+@part
 def _softening(lobes, k, wi):
     return bump_shadowing(lobes, k, wi) if lobes[k, BUMPED] != F(0) else F(1)
 
@@ -209,7 +217,7 @@ def _softening(lobes, k, wi):
 # --- sampling --------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def guidable(lobes, count):
     """The probability that a lobe is picked whose directions are drawn by the cosine on wo's side."""
     total = F(0)
@@ -219,13 +227,13 @@ def guidable(lobes, count):
     return total
 
 
-@kernel
+@part
 def is_guidable(lobes, k):
     """Whether `guidable` counts lobe k."""
     return lobes[k, KIND] <= OREN_NAYAR
 
 
-@kernel
+@part
 def spreads(lobes, count):
     """Whether any lobe scatters into more than single directions, so that looking for lights may find some."""
     k = 0
@@ -234,13 +242,13 @@ def spreads(lobes, count):
     return k < count
 
 
-@kernel
+@part
 def chance(lobes, k):
     """The probability with which `pick` takes lobe k."""
     return lobes[k, PROBABILITY]
 
 
-@kernel
+@part
 def pick(lobes, count, u):
     """A lobe by its probability, and the number u in [0, 1) made uniform anew. There has to be a lobe."""
     k = 0
@@ -250,7 +258,7 @@ def pick(lobes, count, u):
     return k, min(u / lobes[k, PROBABILITY], F(1 - 2**-24))
 
 
-@kernel
+@part
 def sample(lobes, k, ng, wo, u, v, w):
     """A direction wi from lobe k, by three uniform numbers, and its label: the kinds of ray it makes, and SINGULAR.
 
@@ -270,7 +278,7 @@ def sample(lobes, k, ng, wo, u, v, w):
     return wi, label if valid else 0
 
 
-@kernel
+@part
 def _sample_microfacet(lobes, k, which, wo, u, v, w):
     label = _R_GLOSSY | (SINGULAR if lobes[k, IS_SINGULAR] != F(0) else 0)
     if dot(get(lobes, k, NORMAL), wo) <= F(0):
@@ -283,7 +291,7 @@ def _sample_microfacet(lobes, k, which, wo, u, v, w):
     return wi, 0 if which == REFRACTION else label
 
 
-@kernel
+@part
 def singular(lobes, k, ng, wo, wi, label):
     """Throughput of a sample labelled SINGULAR, RGB: f |cos| over the lobe's own density, not over its probability."""
     if lobes[k, KIND] == GLOSSY:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import kernel, part
 from ..sampling import F, mix, vector
 from .directions import UNKNOWN, Cells, cell_key, find_cell
 
@@ -58,7 +58,7 @@ def insert_states(cells, position, normal, start, sums, count):
     return position.shape[0], count
 
 
-@kernel
+@part
 def put(cells, key, row):
     """Store a key that is not in the table."""
     mask = np.uint64(cells.keys.shape[0] - 1)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import TWO_PI, F, mix, pick
 from .patches import patch_of, sample_patch
 
@@ -42,7 +42,7 @@ def one_cell(bsdf_fraction: float) -> Directions:
     return Directions(F(bsdf_fraction), 1, 1, cells, np.ones((1, 1), np.float32))
 
 
-@kernel
+@part
 def cell_key(cells, position, normal):
     """The cell of a state as one non-zero number; position may lie outside the grid."""
     key = np.uint64(1)
@@ -55,7 +55,7 @@ def cell_key(cells, position, normal):
     return (key << np.uint64(8)) ^ np.uint64(turn) | np.uint64(1 << 63)
 
 
-@kernel
+@part
 def find_cell(cells, position, normal):
     """The table's row for a state, or UNKNOWN."""
     if cells.per_metre == F(0):
@@ -70,14 +70,14 @@ def find_cell(cells, position, normal):
     return np.int32(UNKNOWN)
 
 
-@kernel
+@part
 def sample_table(directions, row, u, v, choice):
     """Draw a local direction wi from the patches of a cell, by three uniform numbers."""
     patch = pick(directions.cdf, row, directions.cdf.shape[1], choice)
     return sample_patch(directions.patch_rows, directions.patch_columns, patch, u, v)
 
 
-@kernel
+@part
 def table_pdf(directions, row, wi):
     """Density of `sample_table` per solid angle: P(patch) N / (2 pi)."""
     if wi[2] <= F(0):

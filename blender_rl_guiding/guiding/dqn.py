@@ -73,8 +73,9 @@ class DQNGuide:
     def _train(self, batch: Transitions) -> float:
         """One step of Adam on the mean of (Q(s, a; w) - target(s'; w-))^2, or of that relative to Q^2."""
         s = self._settings
-        patches = torch.from_numpy(patches_of(s.rows, s.columns, batch.normal, batch.direction))
-        q = self._online.of_patch(*self._state(batch.position, batch.normal), patches)
+        patches = np.empty(len(batch.order), np.int64)
+        patches_of(s.rows, s.columns, batch.normal, batch.direction, patches)
+        q = self._online.of_patch(*self._state(batch.position, batch.normal), torch.from_numpy(patches))
         error = (q - self._expected_sarsa(batch)).square()
         if s.error == "relative":
             error = error / (q.detach().square() + SMALL_Q)
@@ -108,11 +109,9 @@ class DQNGuide:
 
 
 @kernel
-def patches_of(rows, columns, normal, direction):
-    """The patch that each direction passes through in the frame of its normal: (n,) int64."""
-    patches = np.empty(normal.shape[0], np.int64)
+def patches_of(rows, columns, normal, direction, patches):
+    """Write the patch that each direction passes through in the frame of its normal to `patches`, (n,) int64."""
     for i in range(normal.shape[0]):
         n = vector(normal, i)
         t, b = tangents(n)
         patches[i] = patch_of(rows, columns, to_local(t, b, n, vector(direction, i)))
-    return patches

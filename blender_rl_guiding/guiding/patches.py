@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import TWO_PI, F
 
 
-@kernel
+@part
 def patch_of(rows, columns, wi):
     """The patch that the local direction wi passes through; directions below the horizon count to the lowest row."""
     row = min(max(int(wi[2] * F(rows)), 0), rows - 1)
@@ -20,7 +20,7 @@ def patch_of(rows, columns, wi):
     return row * columns + min(column, columns - 1)
 
 
-@kernel
+@part
 def sample_patch(rows, columns, patch, u, v):
     """A local direction uniform in the patch."""
     cos_theta = (F(patch // columns) + u) / F(rows)

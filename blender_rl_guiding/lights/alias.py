@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import kernel, part
 from ..sampling import F
 
 
@@ -19,15 +19,14 @@ def alias_table(weights: np.ndarray) -> Alias:
     """The table for weights that are not negative and not all zero, (n,) float64 (Vose 1991)."""
     threshold = weights * (len(weights) / weights.sum())
     other = np.arange(len(weights), dtype=np.int32)
-    fill(threshold, other)
+    fill(threshold, other, np.empty_like(other), np.empty_like(other))
     return Alias(threshold.astype(np.float32), other)
 
 
 @kernel
-def fill(threshold, other):
-    """Give every column that is too low the rest of one that is too high; `threshold` has a mean of 1."""
+def fill(threshold, other, low, high):
+    """Give every column that is too low the rest of one that is too high; `threshold` has a mean of 1. `low` and `high` are memory."""
     n = threshold.shape[0]
-    low, high = np.empty(n, np.int32), np.empty(n, np.int32)
     lows, highs = 0, 0
     for i in range(n):
         if threshold[i] < 1.0:
@@ -51,7 +50,7 @@ def fill(threshold, other):
         threshold[high[i]] = 1.0
 
 
-@kernel
+@part
 def draw(alias, u):
     """An entry with its probability, and u in [0, 1) rescaled to be used again."""
     n = alias.threshold.shape[0]
@@ -60,5 +59,5 @@ def draw(alias, u):
     rest = min(place - F(i), F(1 - 2**-24))
     threshold = alias.threshold[i]
     if rest < threshold:
-        return i, rest / threshold
-    return alias.other[i], (rest - threshold) / (F(1) - threshold)
+        return np.int64(i), rest / threshold
+    return np.int64(alias.other[i]), (rest - threshold) / (F(1) - threshold)

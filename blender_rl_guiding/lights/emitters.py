@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf.surface import emission
-from ..kernels import kernel
+from ..kernels import kernel, part
 from ..references import ref
 from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle
 from ..scene.data import SceneData, emits
 from ..scene.description import CLOSURES
 from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
-from ..shading.operands import KINDS, REGISTERS, Point, Shading
+from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
 from .lamps import HITTABLE, lamp_table, power
 from .lamps import sample as sample_lamp
@@ -133,7 +133,7 @@ def probe(shading, surface, registers, triangles, corners):
     for i in range(triangles.shape[0]):
         u, v = uniform_triangle(*uniform2(stream(0, i, 0), 0))
         x, n, _ = on_triangle(corners, i, u, v)
-        light = triangle_radiance(shading, surface, registers, triangles[i], x, n, n, u, v, F(1), 0, 0)
+        light = triangle_radiance(shading, surface, registers, np.int64(triangles[i]), x, n, n, u, v, F(1), np.int64(0), np.int64(0))
         r, g, b = r + light[0], g + light[1], b + light[2]
     return scale((r, g, b), F(1) / F(triangles.shape[0]))
 
@@ -145,7 +145,7 @@ def _world(scene: SceneData, shading: Shading) -> tuple[WorldMap, float]:
     return WorldMap(alias_table(np.ones(1)), np.zeros((1, 1), np.float32)), 0.0
 
 
-@kernel
+@part
 def on_triangle(corners, i, u, v):
     """Point, unit normal and area of triangle i at barycentrics u, v."""
     p = corners[i]
@@ -156,21 +156,21 @@ def on_triangle(corners, i, u, v):
     return add(a, add(scale(e, u), scale(f, v))), scale((x, y, z), F(1) / twice), F(0.5) * twice
 
 
-@kernel
+@part
 def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo, u, v, distance, ray, depth):
     """What a triangle's shader emits from x towards wo; linear RGB."""
     behind = dot(face_normal, wo) < F(0)
-    shader = surface.material[triangle]
+    shader = np.int64(surface.material[triangle])
     n = shading_normal(surface, triangle, u, v, face_normal)
     if behind:
         n, face_normal = scale(n, F(-1)), scale(face_normal, F(-1))
     object_ = surface.object[triangle]
-    point = ref(Point(x, n, face_normal, wo, triangle, object_, u, v, np.int32(behind), np.int32(ray), distance, np.int32(depth)))
+    point = ref(make_point(x, n, face_normal, wo, triangle, object_, u, v, behind, ray, distance, depth))
     run(shading, shader, point, registers)
     return emission(shading, shader, point, registers)
 
 
-@kernel
+@part
 def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
     """Pick a light and a direction towards it.
 
@@ -188,7 +188,7 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
         distance = np.sqrt(squared)
         wi = scale(to_light, F(1) / distance)
         cosine = abs(dot(n, wi))
-        triangle = lights.triangle[emitter]
+        triangle = np.int64(lights.triangle[emitter])
         shader = surface.material[triangle]
         if cosine <= F(1e-6):
             return wi, distance, (F(0), F(0), F(0)), F(1), emitter
@@ -196,7 +196,7 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
             light = lights.radiance[shader, 0], lights.radiance[shader, 1], lights.radiance[shader, 2]
         else:
             wo = scale(wi, F(-1))
-            light = triangle_radiance(shading, surface, registers, triangle, y, n, wo, a, b, distance, 0, depth)
+            light = triangle_radiance(shading, surface, registers, triangle, y, n, wo, a, b, distance, np.int64(0), depth)
         return wi, distance, light, lights.pdf_area[shader] * squared / cosine, emitter
     if emitter < triangles + lamps:
         wi, distance, light, pdf = sample_lamp(lights.lamps, emitter - triangles, x, u, v)
@@ -204,6 +204,5 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
             light = scale(light, F(1) / chance)
         return wi, distance, light, pdf * chance, emitter
     wi = sample_world(lights.world, u, v)
-    light = world_radiance(shading, registers, wi, 0, depth)
+    light = world_radiance(shading, registers, wi, np.int64(0), depth)
     return wi, F(np.inf), light, world_pdf(lights.world, wi) * chance, emitter
-

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import INV_PI, PI, TWO_PI, F, add, cross, dot, scale, subtract, tangents
 from ..scene.description import Lamp
 
@@ -26,7 +26,14 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
     table = np.zeros((len(lamps), COLUMNS), np.float32)
     for row, lamp in zip(table, lamps, strict=True):
         axes = np.array(lamp.to_world)[:3]
-        row[[KIND, RADIUS, SOFT, WIDTH, HEIGHT, ELLIPSE]] = _KINDS.index(lamp.kind), lamp.radius, lamp.soft, lamp.width, lamp.height, lamp.ellipse
+        row[[KIND, RADIUS, SOFT, WIDTH, HEIGHT, ELLIPSE]] = (
+            _KINDS.index(lamp.kind),
+            lamp.radius,
+            lamp.soft,
+            lamp.width,
+            lamp.height,
+            lamp.ellipse,
+        )
         row[AXIS_X:EMISSION] = axes.T.ravel()
         row[EMISSION:RADIUS] = lamp.emission
         row[CONE], row[SMOOTH] = _cone(lamp)
@@ -60,12 +67,12 @@ def _spread(lamp: Lamp) -> tuple[float, float]:
     return math.tan(half), 1 / max(math.tan(half) - half, 1e-10)
 
 
-@kernel
+@part
 def _three(lamps, k, column):
     return lamps[k, column], lamps[k, column + 1], lamps[k, column + 2]
 
 
-@kernel
+@part
 def sample(lamps, k, x, u, v):
     """A direction from x towards lamp k: (wi, distance, radiance, pdf); see the top of this file."""
     kind = lamps[k, KIND]
@@ -76,7 +83,7 @@ def sample(lamps, k, x, u, v):
     return _sample_ball(lamps, k, x, u, v)
 
 
-@kernel
+@part
 def hit(lamps, k, origin, wi):
     """What a ray meets of lamp k: distance (NOWHERE if it misses), radiance, and the pdf of `sample` for it."""
     kind = lamps[k, KIND]
@@ -90,7 +97,7 @@ def hit(lamps, k, origin, wi):
 # --- points and spots ------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def _ball_radiance(lamps, k, wi):
     """Radiance of a point or spot with a radius; without, its intensity."""
     emission = _three(lamps, k, EMISSION)
@@ -104,7 +111,7 @@ def _ball_radiance(lamps, k, wi):
     return emission
 
 
-@kernel
+@part
 def _sample_ball(lamps, k, x, u, v):
     centre, r = _three(lamps, k, POSITION), lamps[k, RADIUS]
     to_centre = subtract(centre, x)
@@ -132,14 +139,14 @@ def _sample_ball(lamps, k, x, u, v):
     return wi, _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), F(1) / (TWO_PI * opening)
 
 
-@kernel
+@part
 def _opening(r, distance):
     """1 - cos of the half angle that a ball of radius r covers at a distance; well rounded for small balls."""
     squared = min(r * r / (distance * distance), F(1))
     return squared / (F(1) + math.sqrt(F(1) - squared))
 
 
-@kernel
+@part
 def _ball_distance(to_centre, r, wi):
     """Where a ray from the origin first leaves or enters the ball; its closest approach where rounding makes it miss."""
     along = dot(to_centre, wi)
@@ -148,7 +155,7 @@ def _ball_distance(to_centre, r, wi):
     return along - half if along > half else along + half
 
 
-@kernel
+@part
 def _hit_ball(lamps, k, origin, wi):
     r, to_centre = lamps[k, RADIUS], subtract(_three(lamps, k, POSITION), origin)
     along = dot(to_centre, wi)
@@ -161,7 +168,7 @@ def _hit_ball(lamps, k, origin, wi):
     return _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), pdf
 
 
-@kernel
+@part
 def _hit_disc(lamps, k, origin, wi):
     r, to_centre = lamps[k, RADIUS], subtract(_three(lamps, k, POSITION), origin)
     squared = dot(to_centre, to_centre)
@@ -179,7 +186,7 @@ def _hit_disc(lamps, k, origin, wi):
 # --- suns ------------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def _sample_sun(lamps, k, u, v):
     axis, angle = _three(lamps, k, AXIS_Z), lamps[k, RADIUS]
     if angle == F(0):
@@ -192,14 +199,14 @@ def _sample_sun(lamps, k, u, v):
     return wi, NOWHERE, _sun_radiance(lamps, k), F(1) / (TWO_PI * opening)
 
 
-@kernel
+@part
 def _sun_radiance(lamps, k):
     """So that a surface facing the middle of the disc receives the irradiance given."""
     sine = math.sin(lamps[k, RADIUS])
     return scale(_three(lamps, k, EMISSION), INV_PI / (sine * sine))
 
 
-@kernel
+@part
 def _hit_sun(lamps, k, wi):
     axis = _three(lamps, k, AXIS_Z)
     aside = cross(axis, wi)
@@ -213,12 +220,12 @@ def _hit_sun(lamps, k, wi):
 # --- areas -----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def _area(lamps, k):
     return lamps[k, WIDTH] * lamps[k, HEIGHT] * (F(0.25) * PI if lamps[k, ELLIPSE] > F(0) else F(1))
 
 
-@kernel
+@part
 def _area_radiance(lamps, k, cosine):
     """Radiance at an angle from the axis; with a spread, that of a softbox with a grid."""
     emission = _three(lamps, k, EMISSION)
@@ -228,7 +235,7 @@ def _area_radiance(lamps, k, cosine):
     return scale(emission, max(F(0), lamps[k, SPREAD] - tangent) * lamps[k, SPREAD_SCALE])
 
 
-@kernel
+@part
 def _sample_area(lamps, k, x, u, v):
     a, b = u - F(0.5), v - F(0.5)
     if lamps[k, ELLIPSE] > F(0):
@@ -245,7 +252,7 @@ def _sample_area(lamps, k, x, u, v):
     return wi, distance, _area_radiance(lamps, k, cosine), squared / (cosine * _area(lamps, k))
 
 
-@kernel
+@part
 def _hit_area(lamps, k, origin, wi):
     cosine = dot(_three(lamps, k, AXIS_Z), wi)
     to_centre = subtract(_three(lamps, k, POSITION), origin)
@@ -259,5 +266,3 @@ def _hit_area(lamps, k, origin, wi):
     if not inside:
         return NOWHERE, DARK, F(0)
     return distance, _area_radiance(lamps, k, cosine), distance * distance / (cosine * _area(lamps, k))
-
-

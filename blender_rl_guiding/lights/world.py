@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf.surface import emission
-from ..kernels import kernel
+from ..kernels import kernel, part
 from ..references import ref
 from ..sampling import PI, TWO_PI, F, luminance, scale
 from ..shading.evaluate import run
-from ..shading.operands import REGISTERS, Point, Shading
+from ..shading.operands import REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
 
 ROWS, COLUMNS = 512, 1024
@@ -44,26 +44,26 @@ def tabulate(shading, registers, radiance):
     for row in range(ROWS):
         for column in range(COLUMNS):
             wi = _direction(F(row) + F(0.5), F(column) + F(0.5))
-            radiance[row, column] = luminance(world_radiance(shading, registers, wi, 0, 0))
+            radiance[row, column] = luminance(world_radiance(shading, registers, wi, np.int64(0), np.int64(0)))
 
 
-@kernel
+@part
 def world_radiance(shading, registers, wi, ray, depth):
     """What arrives from the direction wi, for a kind of ray; linear RGB."""
     world = shading.shaders.shape[0] - 1
     wo = scale(wi, F(-1))
-    point = ref(Point(wi, wo, wo, wo, np.int32(-1), np.int32(-1), F(0), F(0), np.int32(0), np.int32(ray), F(0), np.int32(depth)))
+    point = ref(make_point(wi, wo, wo, wo, -1, -1, F(0), F(0), 0, ray, F(0), depth))
     run(shading, world, point, registers)
     return emission(shading, world, point, registers)
 
 
-@kernel
+@part
 def _direction(row, column):
     theta, phi = row * (PI / F(ROWS)), column * (TWO_PI / F(COLUMNS))
     return math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)
 
 
-@kernel
+@part
 def sample_world(world, u, v):
     """A direction by the map."""
     cell, u = draw(world.cells, u)
@@ -75,7 +75,7 @@ def sample_world(world, u, v):
     return r * math.cos(phi), r * math.sin(phi), z
 
 
-@kernel
+@part
 def world_pdf(world, wi):
     """Density of `sample_world` per solid angle."""
     row = min(np.int32(math.acos(min(max(wi[2], F(-1)), F(1))) * F(ROWS / math.pi)), np.int32(ROWS - 1))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bsdf import surface as bsdf
 from ..guiding import directions as guide
-from ..kernels import kernel
+from ..kernels import kernel, part
 from ..lights.emitters import sample_light
 from ..lights.lamps import HITTABLE, SHADOW, VISIBILITY
 from ..lights.lamps import hit as hit_lamp
@@ -23,7 +23,7 @@ from ..scene.description import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
 from ..scene.description import SHADOW as SHADOW_RAY
 from ..scene.geometry import FAR, NORMAL, U, V, closest, occluded, off_surface, shading_normal
 from ..shading.evaluate import run
-from ..shading.operands import Point
+from ..shading.operands import make_point
 
 DIMENSIONS = 8  # pairs of random numbers that a vertex may use; those of the first "vertex" are the camera's
 MOST_VERTICES = 4096  # of a path, passages through transparent surfaces included
@@ -34,211 +34,232 @@ ALPHA, DEPTH, ALBEDO, SHADING_NORMAL, POSITION, EMISSION, DIRECT, PASS_COLUMNS =
 
 
 @kernel
-def trace_paths(stage, directions, limits, share, seed, pixels, first_sample, first_path, count, scratch, radiance, passes):
-    """Trace paths first_path .. first_path + count - 1 of a pass: path p is sample first_sample + p // n of the p % n-th of n pixels.
+def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, first_sample, samples, scratch, film):
+    """Trace samples first_sample .. first_sample + samples - 1 of pixels[first:end], and add them to the film in their order.
 
-    Writes `radiance` (paths of the pass, 3) and, if it has rows, `passes` (paths of the pass, PASS_COLUMNS).
-    About `share` of the vertices become transitions.
+    About `share` of the vertices become transitions. Returns the first pixel that received radiance which is not finite, or -1.
     """
-    stage, directions, limits, scratch = ref(stage), ref(directions), ref(limits), ref(scratch)
+    stage, directions, limits, scratch, film = ref(stage), ref(directions), ref(limits), ref(scratch), ref(film)
+    scratch.counts[:] = 0
+    bad = np.int64(-1)
+    for path in range(first * samples, end * samples):
+        pixel = pixels[path // samples]
+        key = stream(seed, pixel, first_sample + path % samples)
+        L = trace_path(stage, directions, limits, share, pixel, path, key, scratch, film.passes)
+        if not add_sample(film, pixel, L) and bad < 0:
+            bad = pixel
+    return bad
+
+
+@part
+def add_sample(film, pixel, L):
+    """Add a sample to its pixel's sums; whether it is finite."""
+    for c in range(3):
+        value = np.float64(L[c])
+        film.sum[pixel, c] += value
+        film.squares[pixel, c] += value * value
+    film.count[pixel] += 1
+    return np.isfinite(L[0] + L[1] + L[2])
+
+
+@part
+def trace_path(stage, directions, limits, share, pixel, path, key, scratch, passes):
+    """One path from the camera to its end: the radiance that it brings, RGB. Adds to the pixel's `passes` if there are any."""
     rays, registers, lobes, transitions, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.transitions, scratch.counts
-    counts[:] = 0
     features = passes.shape[0] > 0
     learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
     seek = limits.nee or limits.blind_lamps
-    for path in range(first_path, first_path + count):
-        pixel = pixels[path % pixels.shape[0]]
-        key = stream(seed, pixel, first_sample + path // pixels.shape[0])
-        u, v = uniform2(key, 0)
-        lens_u, lens_v = uniform2(key, 1)
-        origin, ray, near, far = camera_ray(stage.lens, pixel % stage.width, pixel // stage.width, u, v, lens_u, lens_v)
-        L, beta, pdf, kind = ZERO, ONE, F(0), CAMERA
-        start, start_normal, segment_ray, travelled = origin, ZERO, ray, F(0)  # where the path scattered last, and how far it is from there
-        through, reward, segment, learnt = F(1), F(0), False, 0  # of the segment to be learnt: what passes along it, what it has met so far
-        scattered, diffuse, glossy, transmission, transparent = 0, 0, 0, 0, 0
-        seen = False  # whether the camera's first surface has been met
+    u, v = uniform2(key, 0)
+    lens_u, lens_v = uniform2(key, 1)
+    origin, ray, near, far = camera_ray(stage.lens, pixel % stage.width, pixel // stage.width, u, v, lens_u, lens_v)
+    L, beta, pdf, kind = ZERO, ONE, F(0), np.int64(CAMERA)
+    start, start_normal, segment_ray, travelled = origin, ZERO, ray, F(0)  # where the path scattered last, and how far it is from there
+    through, reward, segment, learnt = F(1), F(0), False, 0  # of the segment to be learnt: what passes along it, what it has met so far
+    none = np.int64(0)
+    scattered, diffuse, glossy, transmission, transparent = none, none, none, none, none
+    seen = False  # whether the camera's first surface has been met
 
-        for vertex in range(MOST_VERTICES):
-            dimension = (vertex + 1) * DIMENSIONS
-            triangle = closest(stage.surface, rays, origin, ray, near, far, kind)
-            distance = rays.floats[FAR]
-            hit_u, hit_v = rays.floats[U], rays.floats[V]
-            counts[0] += 1
-            record, roulette = uniform2(key, dimension)
-            recorded = segment and scattered < learnable and learnt < MOST_LEARNT and record < share
-            counts[1] += segment
-            learnt += recorded
+    for vertex in range(MOST_VERTICES):
+        dimension = (vertex + 1) * DIMENSIONS
+        triangle = closest(stage.surface, rays, origin, ray, near, far, kind)
+        distance = rays.floats[FAR]
+        hit_u, hit_v = rays.floats[U], rays.floats[V]
+        counts[0] += 1
+        record, roulette = uniform2(key, dimension)
+        recorded = segment and scattered < learnable and learnt < MOST_LEARNT and record < share
+        counts[1] += segment
+        learnt += recorded
 
-            # --- lamps on the way, and surroundings --------------------------------------------------------------------------
-            light = ZERO
-            for h in range(stage.lights.hittable.shape[0]):
-                light = add(light, lamp_met(stage.lights, stage.lights.hittable[h], start, ray, travelled, distance, pdf, kind, limits.nee))
-            if triangle < 0:
-                hidden = limits.transparent_film and not seen
-                if not hidden:
-                    light = add(light, surroundings(stage, registers, ray, pdf, kind, scattered, limits.nee))
-                L = add(L, multiply(beta, light))
-                if features:
-                    credit(passes, path, multiply(beta, light), scattered)
-                    if hidden:
-                        passes[path, ALPHA] += luminance(beta)
-                if recorded:
-                    reward += through * luminance(light)
-                    write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, ZERO, ZERO, reward, F(0))
-                break
-
-            # --- surface: x, n -----------------------------------------------------------------------------------------------
-            x = add(origin, scale(ray, distance))
-            wo = scale(ray, F(-1))
-            ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
-            n = shading_normal(stage.surface, triangle, hit_u, hit_v, ng)
-            behind = dot(ng, wo) < F(0)
-            if behind:
-                ng, n = scale(ng, F(-1)), scale(n, F(-1))
-            shader, object_ = stage.surface.material[triangle], stage.surface.object[triangle]
-            point = ref(Point(x, n, ng, wo, triangle, object_, hit_u, hit_v, np.int32(behind), np.int32(kind), distance, np.int32(scattered)))
-            run(stage.shading, shader, point, registers)
-            lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
-            travelled += distance
-
-            # --- emission, weighed against next-event estimation ---------------------------------------------------------------
-            if luminance(emitted) > F(0):
-                weight = F(1)
-                if limits.nee and pdf > F(0):
-                    pdf_light = stage.lights.pdf_area[shader] * travelled * travelled / dot(ng, wo)
-                    weight = pdf / (pdf + pdf_light)
-                light = add(light, scale(emitted, weight))
+        # --- lamps on the way, and surroundings --------------------------------------------------------------------------
+        light = ZERO
+        for h in range(stage.lights.hittable.shape[0]):
+            light = add(light, lamp_met(stage.lights, stage.lights.hittable[h], start, ray, travelled, distance, pdf, kind, limits.nee))
+        if triangle < 0:
+            hidden = limits.transparent_film and not seen
+            if not hidden:
+                light = add(light, surroundings(stage, registers, ray, pdf, kind, scattered, limits.nee))
             L = add(L, multiply(beta, light))
-            reward += through * luminance(light)
             if features:
-                credit(passes, path, multiply(beta, light), scattered)
-            colour = bsdf.albedo(lobes, lobes_count)
+                credit(passes, pixel, multiply(beta, light), scattered)
+                if hidden:
+                    passes[pixel, ALPHA] += luminance(beta)
+            if recorded:
+                reward += through * luminance(light)
+                write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, ZERO, ZERO, reward, F(0))
+            break
 
-            # --- passing straight ------------------------------------------------------------------------------------------------
-            straight, solid = luminance(passing), luminance(colour)
-            chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
-            choice, patch_choice = uniform2(key, dimension + 5)
-            if choice < chance_straight:
-                transparent += 1
-                if transparent > limits.transparent:
-                    break
-                factor = scale(passing, F(1) / chance_straight)
-                beta, through = multiply(beta, factor), through * luminance(factor)
-                origin, near, far = off_surface(x, scale(ng, F(-1)), distance), F(0), far - distance
-                continue
-            choice = (choice - chance_straight) / (F(1) - chance_straight)
-            beta = scale(beta, F(1) / (F(1) - chance_straight))
-            if features and not seen:
-                write_features(passes, path, stage.lens, x, n, colour)
-            seen = True
+        # --- surface: x, n -----------------------------------------------------------------------------------------------
+        x = add(origin, scale(ray, distance))
+        wo = scale(ray, F(-1))
+        ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
+        n = shading_normal(stage.surface, triangle, hit_u, hit_v, ng)
+        behind = dot(ng, wo) < F(0)
+        if behind:
+            ng, n = scale(ng, F(-1)), scale(n, F(-1))
+        shader, object_ = np.int64(stage.surface.material[triangle]), stage.surface.object[triangle]
+        point = ref(make_point(x, n, ng, wo, triangle, object_, hit_u, hit_v, behind, kind, distance, scattered))
+        run(stage.shading, shader, point, registers)
+        lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
+        travelled += distance
 
-            # --- the segment that led here is complete, unless light can arrive from one direction only ------------------------------
-            scatters = bsdf.spreads(lobes, lobes_count)
-            slot = np.int64(-1)
-            if segment and (scatters or lobes_count == 0):
-                if recorded:
-                    slot = counts[2]
-                    # The state goes on beyond the last bounce: what light arrives does not depend on how long this path may be.
-                    write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, x, n, reward, through * solid)
-                segment = False
+        # --- emission, weighed against next-event estimation ---------------------------------------------------------------
+        if luminance(emitted) > F(0):
+            weight = F(1)
+            if limits.nee and pdf > F(0):
+                pdf_light = stage.lights.pdf_area[shader] * travelled * travelled / dot(ng, wo)
+                weight = pdf / (pdf + pdf_light)
+            light = add(light, scale(emitted, weight))
+        L = add(L, multiply(beta, light))
+        reward += through * luminance(light)
+        if features:
+            credit(passes, pixel, multiply(beta, light), scattered)
+        colour = bsdf.albedo(lobes, lobes_count)
 
-            # --- the end of the path ---------------------------------------------------------------------------------------------
-            if lobes_count == 0 or scattered >= limits.total or diffuse >= limits.diffuse or glossy >= limits.glossy:
+        # --- passing straight ------------------------------------------------------------------------------------------------
+        straight, solid = luminance(passing), luminance(colour)
+        chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
+        choice, patch_choice = uniform2(key, dimension + 5)
+        if choice < chance_straight:
+            transparent += 1
+            if transparent > limits.transparent:
                 break
-            if transmission >= limits.transmission:
+            factor = scale(passing, F(1) / chance_straight)
+            beta, through = multiply(beta, factor), through * luminance(factor)
+            origin, near, far = off_surface(x, scale(ng, F(-1)), distance), F(0), far - distance
+            continue
+        choice = (choice - chance_straight) / (F(1) - chance_straight)
+        beta = scale(beta, F(1) / (F(1) - chance_straight))
+        if features and not seen:
+            write_features(passes, pixel, stage.lens, x, n, colour)
+        seen = True
+
+        # --- the segment that led here is complete, unless light can arrive from one direction only ------------------------------
+        scatters = bsdf.spreads(lobes, lobes_count)
+        slot = np.int64(-1)
+        if segment and (scatters or lobes_count == 0):
+            if recorded:
+                slot = counts[2]
+                # The state goes on beyond the last bounce: what light arrives does not depend on how long this path may be.
+                write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, x, n, reward, through * solid)
+            segment = False
+
+        # --- the end of the path ---------------------------------------------------------------------------------------------
+        if lobes_count == 0 or scattered >= limits.total or diffuse >= limits.diffuse or glossy >= limits.glossy:
+            break
+        if transmission >= limits.transmission:
+            break
+        if scattered > limits.roulette:
+            survival = min(F(1), math.sqrt(max(beta[0], max(beta[1], beta[2]))))
+            if roulette >= survival:
                 break
-            if scattered > limits.roulette:
-                survival = min(F(1), math.sqrt(max(beta[0], max(beta[1], beta[2]))))
-                if roulette >= survival:
-                    break
-                beta = scale(beta, F(1) / survival)
+            beta = scale(beta, F(1) / survival)
 
-            # --- next-event estimation -------------------------------------------------------------------------------------------
-            t, b = tangents(n)
-            guided = F(0)
-            cell = guide.UNKNOWN
-            if directions.bsdf_fraction < F(1):
-                cell = guide.find_cell(directions.cells, x, n)
-                if cell != guide.UNKNOWN:
-                    guided = (F(1) - directions.bsdf_fraction) * bsdf.guidable(lobes, lobes_count)
-            if seek and scatters:
-                u, v = uniform2(key, dimension + 2)
-                emitter_choice, _ = uniform2(key, dimension + 1)
-                # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
-                above = off_surface(x, ng, distance)
-                wi, far_light, arriving, pdf_light, emitter = sample_light(
-                    stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, u, v
-                )
-                alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
-                if (limits.nee or alone) and luminance(arriving) > F(0):
-                    f, pdf_wi, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, wi)
-                    if luminance(f) > F(0):
-                        if alone:
-                            arriving = scale(arriving, F(1) / pdf_light) if pdf_light > F(0) else arriving
-                        else:
-                            if guided > F(0):
-                                pdf_wi += mixed(directions, cell, to_local(t, b, n, wi), guided, pdf_guidable)
-                            arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
-                        from_x = above if dot(ng, wi) > F(0) else off_surface(x, scale(ng, F(-1)), distance)
-                        if shadow:
-                            counts[0] += 1
-                            arriving = multiply(arriving, passes_on(stage, limits, scratch, from_x, wi, far_light, scattered + 1))
-                        leaving = multiply(f, arriving)
-                        L = add(L, multiply(beta, leaving))
-                        if features:
-                            credit(passes, path, multiply(beta, leaving), scattered + 1)
-                        if slot >= 0:
-                            transitions.reward[slot] += luminance(leaving)
+        # --- next-event estimation -------------------------------------------------------------------------------------------
+        t, b = tangents(n)
+        guided = F(0)
+        cell = guide.UNKNOWN
+        if directions.bsdf_fraction < F(1):
+            cell = guide.find_cell(directions.cells, x, n)
+            if cell != guide.UNKNOWN:
+                guided = (F(1) - directions.bsdf_fraction) * bsdf.guidable(lobes, lobes_count)
+        if seek and scatters:
+            u, v = uniform2(key, dimension + 2)
+            emitter_choice, _ = uniform2(key, dimension + 1)
+            # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
+            above = off_surface(x, ng, distance)
+            wi, far_light, arriving, pdf_light, emitter = sample_light(
+                stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, u, v
+            )
+            alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
+            if (limits.nee or alone) and luminance(arriving) > F(0):
+                f, pdf_wi, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, wi)
+                if luminance(f) > F(0):
+                    if alone:
+                        arriving = scale(arriving, F(1) / pdf_light) if pdf_light > F(0) else arriving
+                    else:
+                        if guided > F(0):
+                            pdf_wi += mixed(directions, cell, to_local(t, b, n, wi), guided, pdf_guidable)
+                        arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
+                    from_x = above if dot(ng, wi) > F(0) else off_surface(x, scale(ng, F(-1)), distance)
+                    if shadow:
+                        counts[0] += 1
+                        arriving = multiply(arriving, passes_on(stage, limits, scratch, from_x, wi, far_light, scattered + 1))
+                    leaving = multiply(f, arriving)
+                    L = add(L, multiply(beta, leaving))
+                    if features:
+                        credit(passes, pixel, multiply(beta, leaving), scattered + 1)
+                    if slot >= 0:
+                        transitions.reward[slot] += luminance(leaving)
 
-            # --- next direction: beta f / pdf ---------------------------------------------------------------------------------------
-            # Looking towards the light may have run other shaders, but the lobes are still those of x.
-            u, v = uniform2(key, dimension + 3)
-            pick_choice, w = uniform2(key, dimension + 4)
-            lobe, rest = bsdf.pick(lobes, lobes_count, pick_choice)
-            if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
-                ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
-                label = DIFFUSE
-            else:
-                ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, w)
-            if label == 0:
+        # --- next direction: beta f / pdf ---------------------------------------------------------------------------------------
+        # Looking towards the light may have run other shaders, but the lobes are still those of x.
+        u, v = uniform2(key, dimension + 3)
+        pick_choice, w = uniform2(key, dimension + 4)
+        lobe, rest = bsdf.pick(lobes, lobes_count, pick_choice)
+        if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
+            ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
+            label = np.int64(DIFFUSE)
+        else:
+            ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, w)
+        if label == 0:
+            break
+        if label & bsdf.SINGULAR:
+            factor = scale(bsdf.singular(lobes, lobe, ng, wo, ray, label), F(1) / bsdf.chance(lobes, lobe))
+            pdf = F(0)
+        else:
+            f, pdf, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, ray)
+            if guided > F(0):
+                pdf += mixed(directions, cell, to_local(t, b, n, ray), guided, pdf_guidable)
+            if pdf <= F(0):
                 break
-            if label & bsdf.SINGULAR:
-                factor = scale(bsdf.singular(lobes, lobe, ng, wo, ray, label), F(1) / bsdf.chance(lobes, lobe))
-                pdf = F(0)
-            else:
-                f, pdf, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, ray)
-                if guided > F(0):
-                    pdf += mixed(directions, cell, to_local(t, b, n, ray), guided, pdf_guidable)
-                if pdf <= F(0):
-                    break
-                factor = scale(f, F(1) / pdf)
-                pdf *= F(1) - chance_straight
-            if luminance(factor) <= F(0):
-                break
-            beta = multiply(beta, factor)
+            factor = scale(f, F(1) / pdf)
+            pdf *= F(1) - chance_straight
+        if luminance(factor) <= F(0):
+            break
+        beta = multiply(beta, factor)
 
-            # --- bookkeeping -----------------------------------------------------------------------------------------------------
-            scattered += 1
-            kind = label & (DIFFUSE | GLOSSY | TRANSMISSION)
-            if label & TRANSMISSION:
-                transmission += 1
-            elif label & DIFFUSE:
-                diffuse += 1
-            else:
-                glossy += 1
-            above_surface = dot(ng, ray) > F(0)
-            origin = off_surface(x, ng if above_surface else scale(ng, F(-1)), distance)
-            near, far = F(0), F(np.inf)
-            if label & bsdf.SINGULAR:
-                through *= luminance(factor)
-            else:
-                segment = above_surface
-                segment_ray, start_normal, through, reward = ray, n, F(1), F(0)
-            start, travelled = origin, F(0)
-        store(radiance, path, L)
+        # --- bookkeeping -----------------------------------------------------------------------------------------------------
+        scattered += 1
+        kind = label & (DIFFUSE | GLOSSY | TRANSMISSION)
+        if label & TRANSMISSION:
+            transmission += 1
+        elif label & DIFFUSE:
+            diffuse += 1
+        else:
+            glossy += 1
+        above_surface = dot(ng, ray) > F(0)
+        origin = off_surface(x, ng if above_surface else scale(ng, F(-1)), distance)
+        near, far = F(0), F(np.inf)
+        if label & bsdf.SINGULAR:
+            through *= luminance(factor)
+        else:
+            segment = above_surface
+            segment_ray, start_normal, through, reward = ray, n, F(1), F(0)
+        start, travelled = origin, F(0)
+    return L
 
 
-@kernel
+@part
 def lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee):
     """What a ray from `start` receives from lamp k between `travelled` and `travelled + distance`, weighed against its being sampled."""
     if not np.int32(lights.lamps[k, VISIBILITY]) & kind:
@@ -251,7 +272,7 @@ def lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee):
     return light
 
 
-@kernel
+@part
 def surroundings(stage, registers, ray, pdf, kind, depth, nee):
     """What arrives from the world, weighed against its being sampled."""
     light = world_radiance(stage.shading, registers, ray, kind, depth)
@@ -260,7 +281,7 @@ def surroundings(stage, registers, ray, pdf, kind, depth, nee):
     return light
 
 
-@kernel
+@part
 def stands_alone(lights, emitter, pdf):
     """Whether rays cannot hit an emitter, so that sampling it counts in full; and whether things cast a shadow of its light."""
     k = emitter - lights.triangle.shape[0]
@@ -269,13 +290,13 @@ def stands_alone(lights, emitter, pdf):
     return pdf == F(0) or lights.lamps[k, HITTABLE] == F(0), lights.lamps[k, SHADOW] > F(0)
 
 
-@kernel
+@part
 def mixed(directions, cell, wi, guided, pdf_guidable):
     """What the pdf of the material's own sampling changes by, where the guide takes over a part of its diffuse share."""
     return guided * guide.table_pdf(directions, cell, wi) - (F(1) - directions.bsdf_fraction) * pdf_guidable
 
 
-@kernel
+@part
 def passes_on(stage, limits, scratch, origin, wi, distance, depth):
     """The share of light that gets from `distance` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight."""
     reach = distance * F(1 - 1e-4)
@@ -283,10 +304,10 @@ def passes_on(stage, limits, scratch, origin, wi, distance, depth):
         return ZERO if occluded(stage.surface, scratch.rays, origin, wi, reach, SHADOW_RAY) else ONE
     rays, share = scratch.rays, ONE
     for _ in range(limits.transparent + 1):
-        triangle = closest(stage.surface, rays, origin, wi, F(0), reach, SHADOW_RAY)
+        triangle = closest(stage.surface, rays, origin, wi, F(0), reach, np.int64(SHADOW_RAY))
         if triangle < 0:
             return share
-        shader = stage.surface.material[triangle]
+        shader = np.int64(stage.surface.material[triangle])
         if not stage.see_through[shader]:
             return ZERO
         step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
@@ -297,7 +318,7 @@ def passes_on(stage, limits, scratch, origin, wi, distance, depth):
             ng, n = scale(ng, F(-1)), scale(n, F(-1))
         x, object_ = add(origin, scale(wi, step)), stage.surface.object[triangle]
         wo = scale(wi, F(-1))
-        point = ref(Point(x, n, ng, wo, triangle, object_, u, v, np.int32(behind), np.int32(SHADOW_RAY), step, np.int32(depth)))
+        point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, step, depth))
         run(stage.shading, shader, point, scratch.registers)
         share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
         if luminance(share) <= F(0):
@@ -306,27 +327,27 @@ def passes_on(stage, limits, scratch, origin, wi, distance, depth):
     return ZERO
 
 
-@kernel
-def credit(passes, path, light, scattered):
+@part
+def credit(passes, pixel, light, scattered):
     """Count light to the pass of emission or direct light, by the scattering events that it needed."""
     if scattered <= 1:
         column = EMISSION if scattered == 0 else DIRECT
         for c in range(3):
-            passes[path, column + c] += light[c]
+            passes[pixel, column + c] += light[c]
 
 
-@kernel
-def write_features(passes, path, lens, x, n, colour):
+@part
+def write_features(passes, pixel, lens, x, n, colour):
     """The passes of the first surface."""
     for c in range(3):
-        passes[path, ALBEDO + c] = colour[c]
-        passes[path, SHADING_NORMAL + c] = n[c]
-        passes[path, POSITION + c] = x[c]
+        passes[pixel, ALBEDO + c] += colour[c]
+        passes[pixel, SHADING_NORMAL + c] += n[c]
+        passes[pixel, POSITION + c] += x[c]
     a = lens.axes
-    passes[path, DEPTH] = (a[3, 0] - x[0]) * a[2, 0] + (a[3, 1] - x[1]) * a[2, 1] + (a[3, 2] - x[2]) * a[2, 2]
+    passes[pixel, DEPTH] += (a[3, 0] - x[0]) * a[2, 0] + (a[3, 1] - x[1]) * a[2, 1] + (a[3, 2] - x[2]) * a[2, 2]
 
 
-@kernel
+@part
 def write_transition(transitions, counts, path, vertex, x, n, wi, y, next_normal, reward, albedo):
     """Store a segment from x along wi to y."""
     slot = counts[2]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..guiding import make_guide
 from ..scene.data import SceneData
-from ..scene.description import IDENTITY, Bounces, Camera, Closure, Shader
+from ..scene.description import IDENTITY, Bounces, Camera, Closure, Instruction, Node, Shader
 from ..settings import DQN, Machine, Render
 from ..settings import Guide as GuideSettings
 from .film import Film
@@ -18,6 +18,7 @@ from .stage import wants_passes
 PATHS_PER_PASS = 1 << 20  # about: how long a pass of a guide that does not learn takes
 CHECKED_EVERY = 4  # samples between two looks at the clock or the noise
 LEAST_SAMPLES = 16  # before the noise of a pixel is believed
+
 
 @dataclass
 class Result:
@@ -101,6 +102,6 @@ def _tiny_scene() -> SceneData:
         object=np.zeros(1, np.int32),
         shaders=(Shader("lit", (), (Closure("diffuse", 0.5), Closure("emission", 1.0))),),
         camera=Camera(IDENTITY, (-0.1, 0.1, -0.1, 0.1), 4, 4),
-        world=Shader("", (), (Closure("emission", 1.0),)),
+        world=Shader("", (Instruction("position"),), (Closure("emission", 1.0, {"color": Node(0)}),)),  # one that has to be mapped
         bounces=Bounces(2, 2, 2, 2),
     )

@@ -9,12 +9,11 @@ from ..guiding.base import Transitions, empty_transitions
 from ..lights.emitters import Lights, lights
 from ..scene.camera import Lens, lens
 from ..scene.data import SceneData
-from ..scene.geometry import Geometry, Rays, Surface, rays
 from ..scene.description import CLOSURES
+from ..scene.geometry import Geometry, Rays, Surface, rays
+from ..settings import Render
 from ..shading.operands import KINDS, REGISTERS, Shading
 from ..shading.program import compile_shaders
-from ..settings import Render
-
 
 ALPHA = list(CLOSURES["principled"]).index("alpha")
 
@@ -67,7 +66,10 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
 
 def _sees_through(shading: Shading, shader: int) -> bool:
     first, end = shading.shaders[shader, 2:]
-    return any(KINDS[row[0]] == "transparent" or (KINDS[row[0]] == "principled" and _has_alpha(shading, row)) for row in shading.closures[first:end])
+    return any(
+        KINDS[row[0]] == "transparent" or (KINDS[row[0]] == "principled" and _has_alpha(shading, row))
+        for row in shading.closures[first:end]
+    )
 
 
 def _has_alpha(shading: Shading, row: np.ndarray) -> bool:

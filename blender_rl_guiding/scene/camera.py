@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import kernel
-from ..sampling import F, TWO_PI, add, normalize, pick, scale, subtract
+from ..kernels import part
+from ..sampling import TWO_PI, F, add, normalize, pick, scale, subtract
 from .data import SceneData
 
 PERSPECTIVE, ORTHOGRAPHIC, PANORAMA = range(3)
@@ -66,7 +66,7 @@ def filter_cdf(kind: str) -> np.ndarray:
     return (cdf / cdf[-1]).astype(np.float32)[None, :]
 
 
-@kernel
+@part
 def _filtered(lens, u):
     """Offset from the pixel's centre, distributed as the filter, so that every sample counts the same."""
     cells = lens.filter.shape[1]
@@ -76,7 +76,7 @@ def _filtered(lens, u):
     return ((F(cell) + inside) / F(cells) - F(0.5)) * lens.filter_width
 
 
-@kernel
+@part
 def _aperture(lens, u, v):
     """A point on the aperture of radius 1: a disc, or a regular polygon of as many corners as there are blades."""
     if lens.blades < 3:
@@ -93,7 +93,7 @@ def _aperture(lens, u, v):
     return b * math.cos(second) + c * math.cos(first), b * math.sin(second) + c * math.sin(first)
 
 
-@kernel
+@part
 def _to_world(lens, p):
     a = lens.axes
     return (
@@ -103,7 +103,7 @@ def _to_world(lens, p):
     )
 
 
-@kernel
+@part
 def camera_ray(lens, px, py, u, v, lens_u, lens_v):
     """A ray through pixel (px, py): origin, unit direction, and its first and last distance."""
     x = lens.corner[0] + (F(px) + F(0.5) + _filtered(lens, u)) * lens.pixel[0]

@@ -18,7 +18,11 @@ from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, No
 
 TABLE_SIZE = 256
 _BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
-_FILTERS, _CAMERAS, _LAMPS = ("box", "gaussian", "blackman_harris"), ("perspective", "orthographic", "panorama"), ("point", "spot", "sun", "area")
+_FILTERS, _CAMERAS, _LAMPS = (
+    ("box", "gaussian", "blackman_harris"),
+    ("perspective", "orthographic", "panorama"),
+    ("point", "spot", "sun", "area"),
+)
 
 # Every array: type, shape (None: any length) and what it is when a scene has none of it.
 ARRAYS: dict[str, tuple[type, tuple[int | None, ...]]] = {
@@ -66,7 +70,9 @@ class SceneData:
     lamps: tuple[Lamp, ...] = ()
     film: Film = Film()
     bounces: Bounces = Bounces()
-    visibility: np.ndarray = field(default_factory=lambda: np.full(1, VISIBLE, np.uint8))  # (O,) sum of the kinds of rays that see an object
+    visibility: np.ndarray = field(
+        default_factory=lambda: np.full(1, VISIBLE, np.uint8)
+    )  # (O,) sum of the kinds of rays that see an object
     # What attribute k has at the corners of the t-th triangle of object o: attributes[attribute_rows[k, o] + t]
     attributes: np.ndarray = _none("attributes")  # (N, 3, 3) float32, three numbers at each corner of a triangle
     attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object does not have the attribute: it is 0 there
@@ -126,7 +132,13 @@ def find_fault(scene: SceneData) -> str:
             return f"{len(triangles)} triangles, but {len(getattr(scene, name))} in {name}"
     if scene.material.min() < 0 or scene.material.max() >= shaders:
         return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {shaders}"
-    return _find_bad_object(scene) or _find_bad_triangle(scene) or _find_bad_description(scene) or _find_bad_shader(scene) or _find_darkness(scene)
+    return (
+        _find_bad_object(scene)
+        or _find_bad_triangle(scene)
+        or _find_bad_description(scene)
+        or _find_bad_shader(scene)
+        or _find_darkness(scene)
+    )
 
 
 def _find_bad_object(scene: SceneData) -> str:
@@ -137,7 +149,9 @@ def _find_bad_object(scene: SceneData) -> str:
     rows = scene.attribute_rows
     if scene.object_attributes.shape[0] and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
-    if rows.shape[0] and (rows.shape[1] != objects or rows.min() < -1 or (np.where(rows < 0, 0, rows + counts) > len(scene.attributes)).any()):
+    if rows.shape[0] and (
+        rows.shape[1] != objects or rows.min() < -1 or (np.where(rows < 0, 0, rows + counts) > len(scene.attributes)).any()
+    ):
         return f"attribute_rows {rows.shape} do not fit {objects} objects and {len(scene.attributes)} rows of attributes"
     return ""
 
@@ -163,7 +177,9 @@ def _find_bad_description(scene: SceneData) -> str:
         return f"the camera is {camera.kind!r} and the filter {film.filter!r}, but there are {_CAMERAS} and {_FILTERS}"
     if np.shape(camera.to_world) != (4, 4) or not np.isfinite([*np.ravel(camera.to_world), *window]).all():
         return f"the camera has to_world {camera.to_world} and window {window}"
-    if not (window[0] < window[1] and window[2] < window[3] and 0 <= camera.near < camera.far and camera.focus > 0 and camera.aperture >= 0):
+    if not (
+        window[0] < window[1] and window[2] < window[3] and 0 <= camera.near < camera.far and camera.focus > 0 and camera.aperture >= 0
+    ):
         return f"the camera cannot see: {camera}"
     if not (0 < camera.width <= 65536 and 0 < camera.height <= 65536):
         return f"resolution {camera.width} x {camera.height} is out of range"

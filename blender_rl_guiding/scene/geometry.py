@@ -12,8 +12,8 @@ import llvmlite.binding
 import numpy as np
 from numba import types
 
-from ..kernels import kernel
-from ..sampling import F, add, dot, normalize, scale, vector
+from ..kernels import part
+from ..sampling import F, add, dot, normalize, scale
 from .data import SceneData
 
 _TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
@@ -112,7 +112,7 @@ def rays() -> Rays:
     return Rays(floats, floats.view(np.int32))
 
 
-@kernel
+@part
 def _prepare(rays, origin, direction, near, far, seen_by):
     for axis in range(3):
         rays.floats[axis] = origin[axis]
@@ -123,7 +123,7 @@ def _prepare(rays, origin, direction, near, far, seen_by):
     rays.words[FLAGS] = 0
 
 
-@kernel
+@part
 def closest(surface, rays, origin, direction, near, far, seen_by):
     """The first triangle along a ray that is visible to any of the kinds of rays `seen_by`: its index or -1.
 
@@ -137,7 +137,7 @@ def closest(surface, rays, origin, direction, near, far, seen_by):
     return surface.first[geometry] + rays.words[TRIANGLE] if geometry >= 0 else np.int32(-1)
 
 
-@kernel
+@part
 def occluded(surface, rays, origin, direction, far, seen_by):
     """Whether anything visible to rays of the kinds `seen_by` stands within `far`."""
     _prepare(rays, origin, direction, F(0), far, seen_by)
@@ -145,7 +145,7 @@ def occluded(surface, rays, origin, direction, far, seen_by):
     return rays.floats[FAR] < F(0)
 
 
-@kernel
+@part
 def shading_normal(surface, triangle, u, v, face_normal):
     """The interpolated unit normal at barycentrics u, v; the face's own where the corners' normals cancel."""
     n = surface.normal[triangle]
@@ -154,7 +154,7 @@ def shading_normal(surface, triangle, u, v, face_normal):
     return normalize(between) if dot(between, between) > F(1e-8) else face_normal
 
 
-@kernel
+@part
 def off_surface(point, side, distance):
     """Move a hit point along the unit vector `side`, by more than the rounding error of a hit at that distance."""
     size = max(max(abs(point[0]), abs(point[1])), max(abs(point[2]), distance))

@@ -1,4 +1,4 @@
-"""Numbers and vectors: the Math, Vector Math, Clamp, Map Range and Mapping nodes.
+"""Numbers: the Math, Clamp and Map Range nodes.
 
 What has no value in the reals (a quotient by zero, a root of a negative number) is 0, as in Cycles.
 """
@@ -7,11 +7,10 @@ import math
 
 import numpy as np
 
-from ..kernels import kernel
-from ..sampling import PI, F, add, dot, multiply, normalize, scale, subtract
-from ..scene.ops import Clamp, Ease, Mapping, Math, VectorMath
+from ..kernels import part
+from ..sampling import PI, F
+from ..scene.ops import Clamp, Ease, Math
 
-BY_COMPONENTS = VectorMath.TANGENT.value  # the last of the vector operations that Math has too, at the same place
 ROUNDING, CURVES, ANGLES = Math.ROUND.value, Math.TRUNC.value, Math.LOGARITHM.value  # where groups of operations begin
 EPSILON = F(2**-23)
 
@@ -19,31 +18,31 @@ EPSILON = F(2**-23)
 # --- numbers ---------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def divide(a, b):
     """a / b."""
     return a / b if b != F(0) else F(0)
 
 
-@kernel
+@part
 def saturate(a):
     """The nearest number in 0..1."""
     return min(max(a, F(0)), F(1))
 
 
-@kernel
+@part
 def lerp(a, b, t):
     """a where t is 0, b where it is 1."""
     return a + t * (b - a)
 
 
-@kernel
+@part
 def sign(a):
     """-1, 0 or 1."""
     return F(a > F(0)) - F(a < F(0))
 
 
-@kernel
+@part
 def power(a, b):
     """a ^ b."""
     if a < F(0) and b != np.floor(b):
@@ -51,14 +50,14 @@ def power(a, b):
     return a**b
 
 
-@kernel
+@part
 def wrap(a, high, low):
     """The number in low..high that differs from a by a multiple of their distance."""
     width = high - low
     return a - width * np.floor((a - low) / width) if width != F(0) else low
 
 
-@kernel
+@part
 def ping_pong(a, b):
     """A triangle wave between 0 and b, through 0 at 0."""
     if b == F(0):
@@ -67,7 +66,7 @@ def ping_pong(a, b):
     return abs((t - np.floor(t)) * b * F(2) - b)
 
 
-@kernel
+@part
 def smooth_minimum(a, b, width):
     """The lesser of both, with the corner where they meet rounded off over a distance."""
     if width == F(0):
@@ -76,7 +75,7 @@ def smooth_minimum(a, b, width):
     return min(a, b) - h * h * h * width * F(1 / 6)
 
 
-@kernel
+@part
 def logarithm(a, base):
     """The logarithm of a."""
     if a <= F(0) or base <= F(0):
@@ -84,7 +83,7 @@ def logarithm(a, base):
     return divide(math.log(a), math.log(base))
 
 
-@kernel
+@part
 def _basic(mode, a, b, c):
     if mode == Math.ADD:
         return a + b
@@ -105,7 +104,7 @@ def _basic(mode, a, b, c):
     return sign(a)
 
 
-@kernel
+@part
 def _rounding(mode, a, b, c):
     if mode == Math.ROUND:
         return np.floor(a + F(0.5))
@@ -130,7 +129,7 @@ def _rounding(mode, a, b, c):
     return math.tan(a)
 
 
-@kernel
+@part
 def _curves(mode, a, b, c):
     if mode == Math.TRUNC:
         return np.trunc(a)
@@ -149,7 +148,7 @@ def _curves(mode, a, b, c):
     return -smooth_minimum(-a, -b, c)
 
 
-@kernel
+@part
 def _angles(mode, a, b):
     if mode == Math.ARCSINE:
         return math.asin(min(max(a, F(-1)), F(1)))
@@ -170,7 +169,7 @@ def _angles(mode, a, b):
     return a * (F(180) / PI)
 
 
-@kernel
+@part
 def _transcendental(mode, a, b):
     if mode == Math.LOGARITHM:
         return logarithm(a, b)
@@ -183,7 +182,7 @@ def _transcendental(mode, a, b):
     return _angles(mode, a, b)
 
 
-@kernel
+@part
 def number_math(mode, a, b, c):
     """The Math node, before its clamp."""
     if mode < ROUNDING:
@@ -195,70 +194,10 @@ def number_math(mode, a, b, c):
     return _transcendental(mode, a, b)
 
 
-# --- vectors ---------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def cross(a, b):
-    """The vector product."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@kernel
-def unit(a):
-    """The unit vector along a; zero stays zero."""
-    return normalize(a) if dot(a, a) > F(0) else a
-
-
-@kernel
-def refract(a, n, eta):
-    """The direction a after a surface whose unit normal is n; zero where the reflection is total."""
-    cosine = dot(n, a)
-    k = F(1) - eta * eta * (F(1) - cosine * cosine)
-    if k < F(0):
-        return F(0), F(0), F(0)
-    return subtract(scale(a, eta), scale(n, eta * cosine + math.sqrt(k)))
-
-
-@kernel
-def _vector(mode, a, b, c, factor):
-    if mode == VectorMath.CROSS_PRODUCT:
-        return cross(a, b)
-    if mode == VectorMath.PROJECT:
-        return scale(b, divide(dot(a, b), dot(b, b)))
-    if mode == VectorMath.REFLECT:
-        n = unit(b)
-        return subtract(a, scale(n, F(2) * dot(a, n)))
-    if mode == VectorMath.REFRACT:
-        return refract(a, unit(b), factor)
-    if mode == VectorMath.FACEFORWARD:
-        return a if dot(c, b) < F(0) else scale(a, F(-1))
-    if mode == VectorMath.SCALE:
-        return scale(a, factor)
-    return unit(a)
-
-
-@kernel
-def vector_math(mode, a, b, c, factor):
-    """The Vector Math node; what has a number as its result gives it three times."""
-    if mode <= BY_COMPONENTS:
-        return number_math(mode, a[0], b[0], c[0]), number_math(mode, a[1], b[1], c[1]), number_math(mode, a[2], b[2], c[2])
-    if mode == VectorMath.DOT_PRODUCT:
-        x = dot(a, b)
-    elif mode == VectorMath.DISTANCE:
-        d = subtract(a, b)
-        x = math.sqrt(dot(d, d))
-    elif mode == VectorMath.LENGTH:
-        x = math.sqrt(dot(a, a))
-    else:
-        return _vector(mode, a, b, c, factor)
-    return x, x, x
-
-
 # --- ranges ----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def clamp(mode, a, low, high):
     """The Clamp node: RANGE takes the bounds in either order."""
     if mode == Clamp.RANGE and low > high:
@@ -266,7 +205,7 @@ def clamp(mode, a, low, high):
     return min(max(a, low), high)
 
 
-@kernel
+@part
 def ease(mode, t):
     """A way from 0 to 1."""
     if mode == Ease.LINEAR:
@@ -277,14 +216,14 @@ def ease(mode, t):
     return t * t * t * (t * (t * F(6) - F(15)) + F(10))
 
 
-@kernel
+@part
 def map_range(mode, clamped, a, from_low, from_high, to_low, to_high):
     """The Map Range node; 0 where the range has no width."""
     x = lerp(to_low, to_high, ease(mode, divide(a - from_low, from_high - from_low))) if from_low != from_high else F(0)
     return clamp(Clamp.RANGE.value, x, to_low, to_high) if clamped else x
 
 
-@kernel
+@part
 def map_ranges(mode, clamped, a, from_low, from_high, to_low, to_high):
     """The Map Range node by components."""
     return (
@@ -294,53 +233,13 @@ def map_ranges(mode, clamped, a, from_low, from_high, to_low, to_high):
     )
 
 
-@kernel
+@part
 def stair(a, count):
     """The step of a number of steps from 0 to 1."""
     return np.floor(a * (count + F(1))) / count if count > F(0) else F(0)
 
 
-@kernel
+@part
 def steps(a, count):
     """Stairs from 0 to 1, as Map Range's Stepped has them, by components."""
     return stair(a[0], count[0]), stair(a[1], count[1]), stair(a[2], count[2])
-
-
-# --- coordinates -----------------------------------------------------------------------------------------------------
-
-
-@kernel
-def rotation(angles):
-    """The columns of the matrix that turns around x, then y, then z by these angles."""
-    cx, cy, cz = math.cos(angles[0]), math.cos(angles[1]), math.cos(angles[2])
-    sx, sy, sz = math.sin(angles[0]), math.sin(angles[1]), math.sin(angles[2])
-    return (
-        (cy * cz, cy * sz, -sy),
-        (sy * sx * cz - cx * sz, sy * sx * sz + cx * cz, cy * sx),
-        (sy * cx * cz + sx * sz, sy * cx * sz - sx * cz, cy * cx),
-    )
-
-
-@kernel
-def combine(x, y, z, v):
-    """v in the axes x, y, z."""
-    return add(add(scale(x, v[0]), scale(y, v[1])), scale(z, v[2]))
-
-
-@kernel
-def quotient(a, b):
-    """a / b by components."""
-    return divide(a[0], b[0]), divide(a[1], b[1]), divide(a[2], b[2])
-
-
-@kernel
-def mapping(mode, v, location, angles, factor):
-    """The Mapping node."""
-    x, y, z = rotation(angles)
-    if mode == Mapping.TEXTURE:
-        d = subtract(v, location)
-        return quotient((dot(x, d), dot(y, d), dot(z, d)), factor)
-    if mode == Mapping.NORMAL:
-        return unit(combine(x, y, z, quotient(v, factor)))
-    turned = combine(x, y, z, multiply(v, factor))
-    return add(turned, location) if mode == Mapping.POINT else turned

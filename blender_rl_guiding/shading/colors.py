@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F
 from ..scene.ops import Blend, Space
 from .arithmetic import divide, lerp, saturate
@@ -12,7 +12,7 @@ SOFT, HUES = Blend.SOFT_LIGHT.value, Blend.HUE.value  # where groups of blend ty
 # --- colour models ---------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def hue(c, high, delta):
     """The hue of a colour in 0..1 from its highest component and the distance to the lowest."""
     if delta == F(0):
@@ -26,14 +26,14 @@ def hue(c, high, delta):
     return h / F(6) + F(h < F(0))
 
 
-@kernel
+@part
 def rgb_to_hsv(c):
     """Hue, saturation and value."""
     high, low = max(c[0], c[1], c[2]), min(c[0], c[1], c[2])
     return hue(c, high, high - low), divide(high - low, high), high
 
 
-@kernel
+@part
 def rgb_to_hsl(c):
     """Hue, saturation and lightness."""
     high, low = max(c[0], c[1], c[2]), min(c[0], c[1], c[2])
@@ -41,7 +41,7 @@ def rgb_to_hsl(c):
     return hue(c, high, delta), divide(delta, F(2) - high - low if lightness > F(0.5) else high + low), lightness
 
 
-@kernel
+@part
 def pure(h):
     """The fully saturated colour of a hue."""
     return (
@@ -51,14 +51,14 @@ def pure(h):
     )
 
 
-@kernel
+@part
 def hsv_to_rgb(c):
     """The colour of hue, saturation and value."""
     r, g, b = pure(c[0])
     return c[2] * lerp(F(1), r, c[1]), c[2] * lerp(F(1), g, c[1]), c[2] * lerp(F(1), b, c[1])
 
 
-@kernel
+@part
 def hsl_to_rgb(c):
     """The colour of hue, saturation and lightness."""
     r, g, b = pure(c[0])
@@ -66,7 +66,7 @@ def hsl_to_rgb(c):
     return (r - F(0.5)) * chroma + c[2], (g - F(0.5)) * chroma + c[2], (b - F(0.5)) * chroma + c[2]
 
 
-@kernel
+@part
 def separate(space, c):
     """From RGB."""
     if space == Space.HSV:
@@ -74,7 +74,7 @@ def separate(space, c):
     return rgb_to_hsl(c) if space == Space.HSL else c
 
 
-@kernel
+@part
 def combine(space, c):
     """To RGB."""
     if space == Space.HSV:
@@ -85,7 +85,7 @@ def combine(space, c):
 # --- mixing ----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def full(mode, a, b):
     """The blend types that go straight from a to what they are at factor 1."""
     if mode == Blend.MIX:
@@ -113,7 +113,7 @@ def full(mode, a, b):
     return F(2) * a * b if a < F(0.5) else F(1) - F(2) * (F(1) - a) * (F(1) - b)
 
 
-@kernel
+@part
 def blend(mode, t, a, b):
     """One component of the Mix node, for all but the blend types that know hues."""
     if mode == Blend.EXCLUSION:
@@ -129,7 +129,7 @@ def blend(mode, t, a, b):
     return lerp(a, full(mode, a, b), t)
 
 
-@kernel
+@part
 def blend_hues(mode, t, a, b):
     """The blend types that take some of hue, saturation and value from b."""
     x, y = rgb_to_hsv(a), rgb_to_hsv(b)
@@ -143,7 +143,7 @@ def blend_hues(mode, t, a, b):
     return lerp(a[0], c[0], t), lerp(a[1], c[1], t), lerp(a[2], c[2], t)
 
 
-@kernel
+@part
 def mix(mode, clamp_factor, clamp_result, t, a, b):
     """The Mix node; the factor may differ from one component to the next, but where hues are mixed its first one counts."""
     if clamp_factor:
@@ -158,13 +158,13 @@ def mix(mode, clamp_factor, clamp_result, t, a, b):
 # --- adjusting -------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def invert(t, c):
     """The Invert Color node."""
     return lerp(c[0], F(1) - c[0], t), lerp(c[1], F(1) - c[1], t), lerp(c[2], F(1) - c[2], t)
 
 
-@kernel
+@part
 def gamma(c, exponent):
     """The Gamma node: what is not positive stays as it is."""
     if exponent == F(0):
@@ -176,14 +176,14 @@ def gamma(c, exponent):
     )
 
 
-@kernel
+@part
 def bright_contrast(c, bright, contrast):
     """The Brightness/Contrast node."""
     slope, offset = F(1) + contrast, bright - contrast * F(0.5)
     return max(slope * c[0] + offset, F(0)), max(slope * c[1] + offset, F(0)), max(slope * c[2] + offset, F(0))
 
 
-@kernel
+@part
 def hue_saturation_value(turn, saturation, value, t, c):
     """The Hue/Saturation/Value node."""
     h, s, v = rgb_to_hsv(c)
@@ -192,7 +192,7 @@ def hue_saturation_value(turn, saturation, value, t, c):
     return max(lerp(c[0], r, t), F(0)), max(lerp(c[1], g, t), F(0)), max(lerp(c[2], b, t), F(0))
 
 
-@kernel
+@part
 def grey(c):
     """Luminance as a colour, with all the digits of Rec. 709 that Cycles has."""
     x = F(0.212639) * c[0] + F(0.715169) * c[1] + F(0.072192) * c[2]

@@ -2,10 +2,10 @@
 
 from enum import IntEnum
 
-from ..kernels import kernel
+from ..kernels import part
 from ..references import ref
 from ..sampling import F, store
-from . import arithmetic, colors, geometry, procedural, textures
+from . import arithmetic, colors, geometry, procedural, textures, vectors
 from .operands import value
 
 # The ops of scene.ops in upper case, by families, and the compiler's own SHIFT: what follows is evaluated beside the point.
@@ -24,13 +24,13 @@ TEXTURES, NUMBERS, COLORS, ANGLES, PROCEDURAL = (code.value for code in (Code.IM
 INPUTS, OPTIONS = 3, 8  # where an instruction's operands and options begin
 
 
-@kernel
+@part
 def thrice(x):
     """A number as a value."""
     return x, x, x
 
 
-@kernel
+@part
 def _of_point(shading, point, op, mode, options):
     if op == Code.ATTRIBUTE:
         return geometry.attribute(shading, point, options[0])
@@ -51,7 +51,7 @@ def _of_point(shading, point, op, mode, options):
     return thrice(F(point.backfacing) if op == Code.BACKFACING else geometry.light_path(mode, point))
 
 
-@kernel
+@part
 def _of_texture(shading, op, options, a, b):
     if op == Code.IMAGE:
         return textures.image(shading, a, options[0], options[1], options[2], options[3])
@@ -68,15 +68,15 @@ def _of_texture(shading, op, options, a, b):
     return textures.float_curve(shading.tables, a[0], b[0], options[0], options[1])
 
 
-@kernel
+@part
 def _of_numbers(op, mode, option, a, b, c, d, e):
     if op == Code.MATH:
         x = arithmetic.number_math(mode, a[0], b[0], c[0])
         return thrice(arithmetic.saturate(x) if option else x)
     if op == Code.VECTOR_MATH:
-        return arithmetic.vector_math(mode, a, b, c, d[0])
+        return vectors.vector_math(mode, a, b, c, d[0])
     if op == Code.MAPPING:
-        return arithmetic.mapping(mode, a, b, c, d)
+        return vectors.mapping(mode, a, b, c, d)
     if op == Code.MAP_RANGE:
         return arithmetic.map_ranges(mode, option, a, b, c, d, e)
     if op == Code.COMPONENT:
@@ -86,7 +86,7 @@ def _of_numbers(op, mode, option, a, b, c, d, e):
     return thrice(arithmetic.clamp(mode, a[0], b[0], c[0])) if op == Code.CLAMP else arithmetic.steps(a, b)
 
 
-@kernel
+@part
 def _of_colors(op, mode, options, a, b, c, d, e):
     if op == Code.MIX:
         return colors.mix(mode, options[0], options[1], a, b, c)
@@ -105,7 +105,7 @@ def _of_colors(op, mode, options, a, b, c, d, e):
     return colors.hue_saturation_value(a[0], b[0], c[0], d[0], e)
 
 
-@kernel
+@part
 def _of_angles(shading, point, op, mode, options, a, b, c, d):
     if op == Code.NORMAL_MAP:
         return geometry.normal_map(shading, point, a, b[0], options[0], options[1])
@@ -121,7 +121,7 @@ def _of_angles(shading, point, op, mode, options, a, b, c, d):
     return geometry.lean(point, direction, b[0])
 
 
-@kernel
+@part
 def _procedural(op, mode, options, a, b, c, d, e):
     if op == Code.CHECKER:
         return procedural.checker(mode, a, b, c)
@@ -132,7 +132,7 @@ def _procedural(op, mode, options, a, b, c, d, e):
     return procedural.noise(mode, a, b[0], c[0], d[0], e[0], options[0], options[1])
 
 
-@kernel
+@part
 def _compute(shading, point, registers, line):
     """The value of an instruction."""
     op, mode = line[0], line[1]
@@ -159,7 +159,7 @@ def _compute(shading, point, registers, line):
     return _procedural(op, mode, options, a, b, c, d, e)
 
 
-@kernel
+@part
 def run(shading, shader, point, registers):
     """Execute a shader's code at a point, leaving in the registers what its closures read: (256, 3) float32, the thread's own."""
     here = ref(point)

@@ -2,17 +2,18 @@
 
 import math
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import F, add, dot, scale, subtract, tangents
 from ..scene.description import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSMISSION
 from ..scene.ops import Light, Weight
-from .arithmetic import combine, cross, lerp, saturate, unit
+from .arithmetic import lerp, saturate
 from .operands import NONE, Point
+from .vectors import combine, cross, unit
 
 # --- attributes ------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def attribute(shading, point, k):
     """Attribute k at the point; 0 where the object lacks it, and in the world."""
     if point.object < 0 or shading.attribute_rows[k, point.object] == NONE:
@@ -27,7 +28,7 @@ def attribute(shading, point, k):
     )
 
 
-@kernel
+@part
 def object_attribute(shading, point, k):
     """What object attribute k is for the point's object; 0 in the world."""
     if point.object < 0:
@@ -36,13 +37,13 @@ def object_attribute(shading, point, k):
     return row[0], row[1], row[2]
 
 
-@kernel
+@part
 def axes(shading, point, x, y, z, v):
     """v in the axes that three object attributes give."""
     return combine(object_attribute(shading, point, x), object_attribute(shading, point, y), object_attribute(shading, point, z), v)
 
 
-@kernel
+@part
 def tangent(shading, point, k):
     """The direction of attribute k, turned to be perpendicular to the shading normal."""
     return cross(point.n, unit(cross(attribute(shading, point, k), point.n)))
@@ -51,7 +52,7 @@ def tangent(shading, point, k):
 # --- the ray ---------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def light_path(mode, point):
     """The outputs of the Light Path node."""
     if mode == Light.RAY_LENGTH:
@@ -69,7 +70,7 @@ def light_path(mode, point):
     return F(point.ray == TRANSMISSION)
 
 
-@kernel
+@part
 def dielectric(cosine, eta):
     """The share of unpolarised light that a surface between media of relative index eta reflects (Fresnel's equations)."""
     c = abs(cosine)
@@ -81,14 +82,14 @@ def dielectric(cosine, eta):
     return F(0.5) * a * a * (F(1) + b * b)
 
 
-@kernel
+@part
 def fresnel(point, ior, n):
     """The Fresnel node."""
     ior = max(ior, F(1e-5))
     return dielectric(dot(point.wo, n), F(1) / ior if point.backfacing else ior)
 
 
-@kernel
+@part
 def layer_weight(mode, point, amount, n):
     """The Layer Weight node."""
     if mode == Weight.FRESNEL:
@@ -103,13 +104,13 @@ def layer_weight(mode, point, amount, n):
 # --- normals ---------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def signed(c):
     """From a colour 0..1 to a vector -1..1."""
     return F(2) * c[0] - F(1), F(2) * c[1] - F(1), F(2) * c[2] - F(1)
 
 
-@kernel
+@part
 def usable(n, point):
     """n on the side that the surface is seen from; the shading normal where n is not a direction."""
     n = unit(n)
@@ -118,7 +119,7 @@ def usable(n, point):
     return scale(n, F(-1)) if point.backfacing else n
 
 
-@kernel
+@part
 def normal_map(shading, point, color, strength, k, sign):
     """A normal from a map in the tangent space of attribute k; `sign` is the attribute that says which way the bitangent points."""
     x, y, z = signed(color)
@@ -131,14 +132,14 @@ def normal_map(shading, point, color, strength, k, sign):
     return usable(combine(t, bitangent, n, (x * strength, y * strength, lerp(F(1), z, saturate(strength)))), point)
 
 
-@kernel
+@part
 def lean(point, direction, strength):
     """The shading normal, drawn towards a direction by a share that may exceed 1."""
     n = usable(direction, point)
     return unit(add(point.n, scale(subtract(n, point.n), max(strength, F(0)))))
 
 
-@kernel
+@part
 def bump(point, heights, strength, distance, n):
     """n tilted by the slope of the heights at the point and one step away from it, as `shifted` makes them."""
     t, b = tangents(point.ng)
@@ -156,7 +157,7 @@ def bump(point, heights, strength, distance, n):
 # --- the points beside the point -------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def bump_step(point):
     """How far the points lie apart whose heights make a slope.
 
@@ -167,7 +168,7 @@ def bump_step(point):
     return max(point.distance * F(2**-12), far * F(2**-16), F(1e-7))
 
 
-@kernel
+@part
 def moved(shading, point, positions, d):
     """The point moved by d along its triangle, beyond its edge if need be; `positions` is the attribute that holds the corners."""
     corners = shading.attributes[shading.attribute_rows[positions, point.object] + point.triangle]
@@ -182,7 +183,7 @@ def moved(shading, point, positions, d):
     )
 
 
-@kernel
+@part
 def shifted(shading, point, positions, direction):
     """The point one step along the first or second tangent of its triangle (`direction` 1 or 2)."""
     t, b = tangents(point.ng)

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import kernel
-from ..scene.description import CLOSURES
+from ..kernels import part
 from ..sampling import F
+from ..scene.description import CLOSURES
 
 KINDS = tuple(CLOSURES)  # a closure's kind is its place here
 REGISTERS = 256  # of a shader's code, at most
@@ -49,7 +49,14 @@ class Point(NamedTuple):
     depth: np.int32  # scattering events before
 
 
-@kernel
+@part
+def make_point(x, n, ng, wo, triangle, object_, u, v, backfacing, ray, distance, depth):
+    """A Point of the same types whatever whole numbers it is made of, so that what takes one is compiled once."""
+    numbers = np.int32(triangle), np.int32(object_), np.int32(backfacing), np.int32(ray), np.int32(depth)
+    return Point(x, n, ng, wo, numbers[0], numbers[1], u, v, numbers[2], numbers[3], distance, numbers[4])
+
+
+@part
 def value(shading, registers, operand):
     """Three numbers: a colour, a vector, or the same number three times."""
     if operand >= 0:
@@ -57,7 +64,7 @@ def value(shading, registers, operand):
     return registers[~operand, 0], registers[~operand, 1], registers[~operand, 2]
 
 
-@kernel
+@part
 def number(shading, registers, operand):
     """One number."""
     return shading.constants[operand, 0] if operand >= 0 else registers[~operand, 0]

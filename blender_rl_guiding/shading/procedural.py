@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import INV_PI, F
 from ..scene.ops import Gradient, Result
 from .arithmetic import lerp, saturate
@@ -20,13 +20,13 @@ SPAN_1D, SPAN_2D, SPAN_3D = F(0.25), F(0.6616), F(0.982)  # make noise of all di
 # --- regular ---------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def parity(x):
     """Whether x lies in an odd interval of whole numbers; a whole number belongs to the one above it in spite of rounding."""
     return np.int64(np.floor((x + F(1e-6)) * F(0.999999))) & 1
 
 
-@kernel
+@part
 def checker(mode, p, a, b):
     """The Checker Texture node."""
     first = (parity(p[0]) ^ parity(p[1]) ^ parity(p[2])) == 1
@@ -35,7 +35,7 @@ def checker(mode, p, a, b):
     return a if first else b
 
 
-@kernel
+@part
 def gradient(mode, p):
     """The Gradient Texture node."""
     x, y, z = p
@@ -57,13 +57,13 @@ def gradient(mode, p):
 # --- hashes ----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def turn(x, k):
     """The bits of x, rotated to the left by k."""
     return U(U(x << U(k)) | (x >> U(32 - k)))
 
 
-@kernel
+@part
 def finish(a, b, c):
     """The last step of lookup3."""
     c = U((c ^ b) - turn(b, 14))
@@ -75,14 +75,14 @@ def finish(a, b, c):
     return U((c ^ b) - turn(b, 24))
 
 
-@kernel
+@part
 def hash_words(count, x, y, z):
     """The hash of 1 to 3 words of 32 bits; those beyond `count` are 0."""
     start = U(0xDEADBEEF + 13 + 4 * count)
     return finish(U(start + x), U(start + y), U(start + z))
 
 
-@kernel
+@part
 def hash_four(x, y, z, w):
     """The hash of 4 words of 32 bits."""
     start = U(0xDEADBEEF + 13 + 4 * 4)
@@ -101,19 +101,19 @@ def hash_four(x, y, z, w):
     return finish(U(a + w), U(b + a), c)
 
 
-@kernel
+@part
 def bits(x):
     """The 32 bits that a number is stored in."""
     return np.float32(x).view(np.uint32)
 
 
-@kernel
+@part
 def random(count, x, y, z):
     """A number in 0..1 for 1 to 3 numbers, those beyond `count` being 0."""
     return F(hash_words(count, bits(x), bits(y), bits(z))) * INCLUSIVE
 
 
-@kernel
+@part
 def random_color(count, p, seed):
     """The second (seed 1) or third (seed 2) component of white noise's colour."""
     if count == 3:
@@ -123,7 +123,7 @@ def random_color(count, p, seed):
     return random(2, p[0], seed, F(0))
 
 
-@kernel
+@part
 def white_noise(mode, p, count):
     """The White Noise Texture node in `count` dimensions."""
     # 0 and -0 are the same place but not the same bits, and so are not to Cycles.
@@ -137,13 +137,13 @@ def white_noise(mode, p, count):
 # --- noise -----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def fade(t):
     """From 0 to 1 without a kink in the slope's slope."""
     return t * t * t * (t * (t * F(6) - F(15)) + F(10))
 
 
-@kernel
+@part
 def slope_1d(i, x):
     """The height of a random slope through lattice point i, at a distance x from it."""
     h = hash_words(1, U(i), U(0), U(0))
@@ -151,7 +151,7 @@ def slope_1d(i, x):
     return -g * x if h & U(8) else g * x
 
 
-@kernel
+@part
 def slope_2d(i, j, x, y):
     """As slope_1d, in the plane."""
     h = hash_words(2, U(i), U(j), U(0))
@@ -159,7 +159,7 @@ def slope_2d(i, j, x, y):
     return (-a if h & U(1) else a) + F(2) * (-b if h & U(2) else b)
 
 
-@kernel
+@part
 def slope_3d(i, j, k, x, y, z):
     """As slope_1d, in space."""
     word = hash_words(3, U(i), U(j), U(k))
@@ -169,7 +169,7 @@ def slope_3d(i, j, k, x, y, z):
     return (-a if h & U(1) else a) + (-b if h & U(2) else b)
 
 
-@kernel
+@part
 def perlin_1d(x):
     """Gradient noise on a line."""
     i = np.int64(np.floor(x))
@@ -177,7 +177,7 @@ def perlin_1d(x):
     return lerp(slope_1d(i, x), slope_1d(i + 1, x - F(1)), fade(x))
 
 
-@kernel
+@part
 def perlin_2d(x, y):
     """Gradient noise in the plane."""
     i, j = np.int64(np.floor(x)), np.int64(np.floor(y))
@@ -187,7 +187,7 @@ def perlin_2d(x, y):
     return lerp(low, high, fade(y))
 
 
-@kernel
+@part
 def perlin_3d(x, y, z):
     """Gradient noise in space."""
     i, j, k = np.int64(np.floor(x)), np.int64(np.floor(y)), np.int64(np.floor(z))
@@ -201,7 +201,7 @@ def perlin_3d(x, y, z):
     return value
 
 
-@kernel
+@part
 def noise_at(count, p, s):
     """Noise in -1..1, 0 on the lattice, at s p; repeats after 100,000 units, where single precision would see no lattice."""
     x, y, z = np.fmod(s * p[0], PERIOD), np.fmod(s * p[1], PERIOD), np.fmod(s * p[2], PERIOD)
@@ -210,7 +210,7 @@ def noise_at(count, p, s):
     return SPAN_2D * perlin_2d(x, y) if count == 2 else SPAN_3D * perlin_3d(x, y, z)
 
 
-@kernel
+@part
 def fractal(count, p, detail, roughness, lacunarity, normalized):
     """Fractal Brownian motion: octaves of noise, of which a fraction of the last counts by its fraction."""
     whole = np.int64(detail)
@@ -227,7 +227,7 @@ def fractal(count, p, detail, roughness, lacunarity, normalized):
     return F(0.5) * total / weight + F(0.5) if normalized else total
 
 
-@kernel
+@part
 def elsewhere(count, p, first):
     """p, moved by a distance that differs for each first seed, so that the noise there is another one; 1D has one seed, else `count`."""
     if count == 1:
@@ -239,7 +239,7 @@ def elsewhere(count, p, first):
     )
 
 
-@kernel
+@part
 def distorted(count, p, strength):
     """p, moved by noise."""
     x = p[0] + strength * noise_at(count, elsewhere(count, p, F(0)), F(1))
@@ -248,7 +248,7 @@ def distorted(count, p, strength):
     return x, y, z
 
 
-@kernel
+@part
 def noise(mode, p, detail, roughness, lacunarity, distortion, count, normalized):
     """The Noise Texture node, of type fBM, in `count` dimensions."""
     detail, roughness = min(max(detail, F(0)), F(15)), max(roughness, F(0))

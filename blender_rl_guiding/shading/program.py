@@ -6,6 +6,9 @@ What does not depend on the point is computed here, once, by the very kernels th
 import numpy as np
 
 from ..errors import InputError
+from ..kernels import kernel
+from ..references import ref
+from ..sampling import F
 from ..scene.data import SceneData, Texture
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
@@ -14,7 +17,7 @@ from .operands import KINDS, NONE, REGISTERS, Point, Shading
 from .passes import allocate, changed, constant_steps, with_bumps, with_constants, with_normal, without_idle_steps
 from .textures import CODES, FLOATS, SRGB_CODES
 
-F = np.float32
+CODE_REGISTERS = REGISTERS - 32  # the others take the inputs of a closure when it is read
 STEP_COLUMNS, CLOSURE_COLUMNS = 3 + MAX_INPUTS + MAX_OPTIONS, 32
 ZERO = (F(0), F(0), F(0))
 NOWHERE = Point(ZERO, ZERO, ZERO, ZERO, np.int32(-1), np.int32(-1), F(0), F(0), np.int32(0), np.int32(0), F(0), np.int32(0))
@@ -32,8 +35,8 @@ def compile_shaders(scene: SceneData) -> Shading:
         short = without_idle_steps(with_constants(complete, _constants(complete, assets)))
         ready = with_bumps(short, len(assets.attribute_rows) - 1)
         registers, count = allocate(ready)
-        if count > REGISTERS:
-            raise InputError(f"shader {shader.name!r} keeps {count} values at once, but there are {REGISTERS} registers")
+        if count > CODE_REGISTERS:
+            raise InputError(f"shader {shader.name!r} keeps {count} values at once, but there are {CODE_REGISTERS} registers")
         program.add(ready, registers)
     return program.into(assets)
 
@@ -75,8 +78,14 @@ def _constants(shader: Shader, assets: Shading) -> dict[int, Value]:
     part = changed(Shader(shader.name, tuple(shader.code[k] for k in steps)), places.__getitem__)
     program, registers = Program(), np.zeros((len(steps), 3), np.float32)
     program.add(part, list(range(len(steps))))
-    run(program.into(assets), 0, NOWHERE, registers)
+    _run_first(program.into(assets), NOWHERE, registers)
     return {k: (r, g, b) for k, (r, g, b) in zip(steps, registers.tolist(), strict=True)}
+
+
+@kernel
+def _run_first(shading, point, registers):
+    """Run the first shader; by reference, as the tracer does, so that nothing is compiled twice."""
+    run(ref(shading), 0, ref(point), registers)
 
 
 class Program:

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import part
 from ..sampling import INV_PI, F
 from ..scene.ops import Alpha, Extension, Interpolation, Projection
-from .arithmetic import lerp, saturate, unit
+from .arithmetic import lerp, saturate
+from .vectors import unit
 
 CODES, SRGB_CODES, FLOATS = range(3)  # kinds of texels: what 8 bits mean, or single precision
 OUTSIDE = -1
@@ -19,7 +20,7 @@ HOLD, INTERPOLATE = np.int32(0), np.int32(1)
 # --- texels ----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def decode(c):
     """Linear light from an sRGB code in 0..1."""
     if c < F(0.04045):
@@ -27,7 +28,7 @@ def decode(c):
     return ((c + F(0.055)) * F(1 / 1.055)) ** F(2.4)
 
 
-@kernel
+@part
 def place(i, size, extension):
     """The texel of 0..size-1 that stands at i, or OUTSIDE."""
     if 0 <= i < size:
@@ -42,7 +43,7 @@ def place(i, size, extension):
     return min(i, 2 * size - 1 - i)
 
 
-@kernel
+@part
 def byte_texel(row, alpha):
     """RGBA of a texel of 8 bits; Cycles multiplies the codes by alpha as whole numbers, rounding down."""
     r, g, b, a = U(row[0]), U(row[1]), U(row[2]), U(row[3])
@@ -52,7 +53,7 @@ def byte_texel(row, alpha):
     return F(r) * s, F(g) * s, F(b) * s, F(a) * s
 
 
-@kernel
+@part
 def float_texel(row, alpha):
     """RGBA of a texel in single precision."""
     a = row[3]
@@ -60,7 +61,7 @@ def float_texel(row, alpha):
     return row[0] * s, row[1] * s, row[2] * s, a
 
 
-@kernel
+@part
 def texel(shading, texture, x, y, alpha):
     """RGBA of one texel as it is stored, times its own alpha unless that is PACKED; (x, y) counts from the bottom left."""
     if x == OUTSIDE or y == OUTSIDE:
@@ -72,13 +73,13 @@ def texel(shading, texture, x, y, alpha):
     return byte_texel(shading.bytes[at], alpha)
 
 
-@kernel
+@part
 def between(p, q, t):
     """RGBA between p and q."""
     return lerp(p[0], q[0], t), lerp(p[1], q[1], t), lerp(p[2], q[2], t), lerp(p[3], q[3], t)
 
 
-@kernel
+@part
 def bilinear(shading, texture, x, y, extension, alpha):
     """The stored texels around (x, y), in texels from the bottom left."""
     x0, y0 = np.floor(x - F(0.5)), np.floor(y - F(0.5))
@@ -91,7 +92,7 @@ def bilinear(shading, texture, x, y, extension, alpha):
     return between(below, above, t)
 
 
-@kernel
+@part
 def lookup(shading, texture, u, v, extension, interpolation, alpha):
     """RGBA of an image in linear light, in Cycles' order: multiplied by alpha, interpolated, divided, and only then decoded."""
     width, height, kind = shading.textures[texture, 1], shading.textures[texture, 2], shading.textures[texture, 3]
@@ -111,27 +112,27 @@ def lookup(shading, texture, u, v, extension, interpolation, alpha):
 # --- images ----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def image(shading, uv, texture, extension, interpolation, alpha):
     """The colour of the Image Texture node."""
     r, g, b, _ = lookup(shading, texture, uv[0], uv[1], extension, interpolation, alpha)
     return r, g, b
 
 
-@kernel
+@part
 def image_alpha(shading, uv, texture, extension, interpolation):
     """The alpha of the Image Texture node, three times."""
     a = lookup(shading, texture, uv[0], uv[1], extension, interpolation, PACKED)[3]
     return a, a, a
 
 
-@kernel
+@part
 def equirectangular(d):
     """Where a unit vector is on a map of longitude and latitude: -y is left and right of the middle, which is +x."""
     return F(0.5) - F(0.5) * INV_PI * math.atan2(d[1], d[0]), F(1) - INV_PI * math.acos(min(max(d[2], F(-1)), F(1)))
 
 
-@kernel
+@part
 def mirror_ball(d):
     """Where a unit vector is in the photograph of a mirroring sphere that is looked at along +y."""
     length = F(2) * math.sqrt(max(F(0.5) - F(0.5) * d[1], F(0)))
@@ -140,7 +141,7 @@ def mirror_ball(d):
     return F(0.5) + F(0.5) * d[0] / length, F(0.5) + F(0.5) * d[2] / length
 
 
-@kernel
+@part
 def environment(shading, direction, texture, projection, interpolation):
     """The colour of the Environment Texture node."""
     d = unit(direction)
@@ -152,7 +153,7 @@ def environment(shading, direction, texture, projection, interpolation):
 # --- tables ----------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@part
 def table_value(tables, table, column, x, interpolate, extrapolate):
     """A table over 0..1 at x; beyond its ends it stays as it is there, or goes on as a straight line."""
     last = tables.shape[1] - 1
@@ -162,7 +163,7 @@ def table_value(tables, table, column, x, interpolate, extrapolate):
     return lerp(low, tables[table, i + 1, column], s - F(i)) if interpolate else low
 
 
-@kernel
+@part
 def ramp(tables, x, table, interpolate):
     """The colour of the Color Ramp node."""
     return (
@@ -172,14 +173,14 @@ def ramp(tables, x, table, interpolate):
     )
 
 
-@kernel
+@part
 def ramp_alpha(tables, x, table, interpolate):
     """The alpha of the Color Ramp node, three times."""
     a = table_value(tables, table, 3, x, interpolate, HOLD)
     return a, a, a
 
 
-@kernel
+@part
 def curves(tables, t, c, table, extrapolate):
     """The RGB Curves node, its curves already combined."""
     return (
@@ -189,7 +190,7 @@ def curves(tables, t, c, table, extrapolate):
     )
 
 
-@kernel
+@part
 def float_curve(tables, t, x, table, extrapolate):
     """The Float Curve node, three times."""
     y = lerp(x, table_value(tables, table, 0, x, INTERPOLATE, extrapolate), t)

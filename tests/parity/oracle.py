@@ -1,28 +1,26 @@
-"""Builds cases, renders them by Cycles and exports them: python oracle.py FOLDER CASE...
+"""Builds cases, renders them by Cycles and exports them: python -m tests.parity.oracle FOLDER CASE...
 
-FOLDER receives of each case CASE.npz, the mean of all its renders and its variance, (H, W, 4) float64 each, and CASE.bundle.npz;
+FOLDER receives of each case CASE.npz: how many renders, their mean and its variance, (H, W, 4) float64 each; and CASE.bundle.npz,
 or CASE.error, which says in a few lines why it does not. Runs in a process of its own, with Blender inside.
 """
 
 import sys
+import tempfile
 import traceback
 from pathlib import Path
-
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 import bpy
 import numpy as np
 import OpenEXR
-from parity.cases import CASES, Case
-from parity.stage import Stage
 
 import addon
 from addon.engine import Exporter
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
+from tests.parity.cases import CASES, Case
+from tests.parity.stage import Stage
 
-SEEDS, SAMPLES = 8, 48
+RENDERS = 8
 
 
 class Export(Exporter):
@@ -36,21 +34,21 @@ class Export(Exporter):
         type(self).exported = scene
 
 
-def render(scene: bpy.types.Scene, case: Case, folder: Path) -> tuple[np.ndarray, np.ndarray]:
-    """The mean of `SEEDS` renders and its variance. Pixels above one another are top to bottom; alpha is the fourth channel."""
-    settings, path = scene.render, folder / f"{case.name}.exr"
+def render(scene: bpy.types.Scene, samples: int, folder: Path) -> np.ndarray:
+    """Images of so many samples that differ by their seed, (RENDERS, H, W, 4) float32, top row first."""
+    settings = scene.render
     settings.threads_mode, settings.threads = "FIXED", 1
-    settings.use_persistent_data = True  # nothing changes between the renders but the seed
+    settings.use_persistent_data = True
     settings.image_settings.file_format, settings.image_settings.color_depth = "OPEN_EXR", "32"
-    settings.filepath = str(path)
-    scene.cycles.samples = SAMPLES * case.effort
+    settings.image_settings.color_mode = "RGBA"
+    scene.cycles.samples = samples
     images = []
-    for scene.cycles.seed in range(SEEDS):
+    for scene.cycles.seed in range(RENDERS):
+        settings.filepath = str(folder / f"{scene.cycles.seed}.exr")  # data that persist are not told of a seed alone
         bpy.ops.render.render(write_still=True)
-        with OpenEXR.File(str(path)) as file:
+        with OpenEXR.File(settings.filepath) as file:
             images.append(file.channels()["RGBA"].pixels)
-    path.unlink()
-    return np.mean(images, axis=0, dtype=np.float64), np.var(images, axis=0, ddof=1, dtype=np.float64) / SEEDS
+    return np.array(images)
 
 
 def export(scene: bpy.types.Scene, path: Path) -> None:
@@ -65,9 +63,11 @@ def run(case: Case, folder: Path) -> None:
     """All that the folder shall receive of a case."""
     stage = Stage()
     case.build(stage)
-    stage.scene.render.image_settings.color_mode = "RGBA"
-    mean, variance = render(stage.scene, case, folder)
-    np.savez(folder / f"{case.name}.npz", mean=mean, variance=variance)
+    with tempfile.TemporaryDirectory() as images:
+        renders = render(stage.scene, case.samples, Path(images)).astype(np.float64)
+    assert len(np.unique(renders[:, ..., :3].sum(axis=(1, 2, 3)))) > 1, "all renders are the same"
+    variance = renders.var(axis=0, ddof=1) / RENDERS
+    np.savez(folder / f"{case.name}.npz", mean=renders.mean(axis=0), variance=variance, renders=RENDERS)
     export(stage.scene, folder / f"{case.name}.bundle.npz")
 
 

@@ -93,14 +93,16 @@ class Stage:
         """A square in the plane z = 0."""
         return self.place("Floor", mesh(bmesh.ops.create_grid, material, x_segments=1, y_segments=1, size=size / 2), **attributes)
 
-    def ball(self, material: bpy.types.Material | None = None, at: Color = (-0.9, 0.0, 1.0), **attributes: Any) -> bpy.types.Object:
-        """A smooth ball of radius 1."""
-        data = mesh(bmesh.ops.create_uvsphere, material, u_segments=48, v_segments=24, radius=1.0)
+    def ball(
+        self, material: bpy.types.Material | None = None, at: Color = (-0.9, 0.0, 1.05), segments: int = 48, **attributes: Any
+    ) -> bpy.types.Object:
+        """A smooth ball of radius 1, a little above the floor."""
+        data = mesh(bmesh.ops.create_uvsphere, material, u_segments=segments, v_segments=segments // 2, radius=1.0)
         data.shade_smooth()
         return self.place("Ball", data, at, **attributes)
 
-    def box(self, material: bpy.types.Material | None = None, at: Color = (1.3, 0.2, 0.7), **attributes: Any) -> bpy.types.Object:
-        """A cube of edge 1.4, turned a little."""
+    def box(self, material: bpy.types.Material | None = None, at: Color = (1.3, 0.2, 0.75), **attributes: Any) -> bpy.types.Object:
+        """A cube of edge 1.4, turned a little and not on the floor, as two surfaces in one place have no order."""
         data = mesh(bmesh.ops.create_cube, material, size=1.4)
         return self.place("Box", data, at, **({"rotation_euler": (0.0, 0.0, 0.5)} | attributes))
 
@@ -122,9 +124,9 @@ class Stage:
         return thing
 
     def lights(self) -> None:
-        """A large lamp and a dim sky: light that makes little noise on any surface."""
-        self.lamp("AREA", (2.0, -2.5, 4.0), 400.0, size=2.5)
-        self.sky((0.25, 0.35, 0.5))
+        """A very large lamp and a sky: light that makes little noise on any surface, caustics included."""
+        self.lamp("AREA", (2.0, -2.5, 4.5), 500.0, size=5.0)
+        self.sky((0.3, 0.4, 0.55))
 
     def sky(self, color: Any, strength: float = 1.0) -> Nodes:
         """The world's background; the nodes, for whatever the colour shall come from."""
@@ -171,7 +173,9 @@ class Stage:
         """An image of random texels, packed; alpha too, if it has any."""
         image = bpy.data.images.new("Image", width, height, **options)
         image.colorspace_settings.name = colorspace
-        image.pixels.foreach_set(np.random.default_rng(7).random(width * height * 4, np.float32))
+        texels = np.random.default_rng(7).random((height * width, 4), np.float32)
+        texels[:, 3] = texels[:, 3] if options.get("alpha") else 1.0
+        image.pixels.foreach_set(texels.ravel())
         image.pack()
         return image
 

@@ -140,7 +140,11 @@ def test_irradiance_of_each_lamp():
     truth, _ = dblquad(lambda b, a: 4 / (4 + a * a + b * b) ** 2, -0.75, 0.75, -0.25, 0.25)
     assert_means(*irradiance(LAMPS["rectangle"], x), truth)
     ellipse, _ = dblquad(
-        lambda b, a: 4 / (4 + a * a + b * b) ** 2, -0.75, 0.75, lambda a: -math.sqrt(0.0625 - a * a / 9), lambda a: math.sqrt(0.0625 - a * a / 9)
+        lambda b, a: 4 / (4 + a * a + b * b) ** 2,
+        -0.75,
+        0.75,
+        lambda a: -math.sqrt(0.0625 - a * a / 9),
+        lambda a: math.sqrt(0.0625 - a * a / 9),
     )
     assert_means(*irradiance(LAMPS["ellipse"], x), ellipse)
 
@@ -214,7 +218,11 @@ def draw_world(table, u, wi, pdf):
 
 def varying_sky() -> Shader:
     """Bright around +x, black below: radiance max(x, 0)^3."""
-    code = (Instruction("position"), Instruction("component", (Node(0),), options=(0,)), Instruction("math", (Node(1), 0.0), "MAXIMUM", (0,)))
+    code = (
+        Instruction("position"),
+        Instruction("component", (Node(0),), options=(0,)),
+        Instruction("math", (Node(1), 0.0), "MAXIMUM", (0,)),
+    )
     code += (Instruction("math", (Node(2), 3.0), "POWER", (0,)),)
     return Shader("sky", code, (Closure("emission", 1.0, {"color": WHITE, "strength": Node(3)}),))
 
@@ -237,4 +245,3 @@ def test_the_world_is_drawn_by_its_brightness():
     assert_distributed(counts, N * mass.reshape(32, rows // 32, 64, columns // 64).sum(axis=(1, 3)))
     estimate = np.maximum(wi[:, 0], 0).astype(float) ** 3 / pdf
     assert_means(estimate.mean(), estimate.var() / N, np.pi / 2)
-

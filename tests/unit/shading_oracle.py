@@ -1,7 +1,8 @@
 """What Cycles makes of shader nodes: python shading_oracle.py CASES.json ATTRIBUTES.npz RESULT.npy.
 
 Every case is a node with its settings and inputs; it colours a row of squares, each a pixel of the image, that have the given
-attributes, one value for each square; an input may also be the "position". The result has the node's output there, (cases, squares, 3) float32.
+attributes, one value for each square; an input may also be the "position". The result has the node's output there,
+(cases, squares, 3) float32.
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 

@@ -20,15 +20,10 @@ def lit(s: Stage) -> None:
 
 @each({"smooth": True, "flat": False})
 def coarse_ball(s: Stage, smooth: bool) -> None:
-    import bmesh
-
-    from ..stage import mesh
-
     lit(s)
-    data = mesh(bmesh.ops.create_uvsphere, s.diffuse((0.8, 0.35, 0.12)), u_segments=12, v_segments=8, radius=1.0)
-    if smooth:
-        data.shade_smooth()
-    s.place("Ball", data, (0.0, 0.0, 1.2))
+    ball = s.ball(s.diffuse((0.8, 0.35, 0.12)), at=(0.0, 0.0, 1.2), segments=12)
+    if not smooth:
+        ball.data.shade_flat()
 
 
 @each({"diffuse": ("BsdfDiffuse", {}), "glossy": ("BsdfAnisotropic", {"Roughness": 0.2})})
@@ -139,7 +134,7 @@ def hidden_from(s: Stage, switch: str) -> None:
     """A glowing ball between a diffuse floor, a mirror behind it, and a pane of frosted glass."""
     lit(s)
     s.floor(s.material("BsdfGlossy", {"Roughness": 0.0}), size=4.0, location=(0.0, 2.0, 1.0), rotation_euler=(1.5, 0.0, 0.2))
-    s.box(s.material("BsdfRefraction", {"Roughness": 0.3, "IOR": 1.2}), at=(0.9, -1.2, 0.7), scale=(0.8, 0.8, 0.8))
+    s.box(s.material("BsdfRefraction", {"Roughness": 0.3, "IOR": 1.2}, distribution="GGX"), at=(0.9, -1.2, 0.7), scale=(0.8, 0.8, 0.8))
     ball = s.ball(
         s.material("BsdfPrincipled", {"Base Color": (0.7, 0.7, 0.7), "Emission Color": (1.0, 0.4, 0.1), "Emission Strength": 1.0})
     )
@@ -152,7 +147,7 @@ def emitter_hidden_from(s: Stage, switch: str) -> None:
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.2}))
     s.box(s.material("BsdfTranslucent", {"Color": (0.6, 0.7, 0.8)}))
     s.sky((0.2, 0.25, 0.3))
-    emitter = s.floor(s.glow((1.0, 0.8, 0.6), 8.0), size=1.2, location=(0.4, -1.6, 1.6), rotation_euler=(0.6, 2.8, 0.0))
+    emitter = s.floor(s.glow((1.0, 0.8, 0.6), 2.0), size=3.0, location=(0.4, -1.8, 3.0), rotation_euler=(0.6, 2.8, 0.0))
     setattr(emitter, switch, False)
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 def corridor(s: Stage, shader: str, **inputs: float) -> None:
     """Two bright walls that face each other, and a ball between them, under an open sky."""
     s.sky((0.5, 0.6, 0.8))
-    s.lamp("AREA", (0.0, -1.0, 4.0), size=1.5)
+    s.lamp("AREA", (0.0, -1.0, 4.5), size=4.0)
     s.floor(s.diffuse((0.7, 0.7, 0.7)))
     for x, angle in ((-1.9, 1.45), (1.9, -1.5)):
         s.floor(s.material(shader, {"Color": (0.9, 0.8, 0.7)} | inputs), size=4.0, location=(x, 0.0, 1.5), rotation_euler=(0.0, angle, 0.0))
@@ -46,7 +46,7 @@ def mirror_bounces(s: Stage, limit: int) -> None:
 
 @each({str(limit): limit for limit in (0, 1, 2, 3)})
 def transmission_bounces(s: Stage, limit: int) -> None:
-    s.subject("BsdfRefraction", {"Color": (0.5, 0.9, 0.7), "Roughness": 0.3, "IOR": 1.3})
+    s.subject("BsdfRefraction", {"Color": (0.5, 0.9, 0.7), "Roughness": 0.3, "IOR": 1.3}, distribution="GGX")
     s.scene.cycles.transmission_bounces = limit
 
 
@@ -99,7 +99,7 @@ def transparent_film(s: Stage) -> None:
 @case()
 def transparent_film_through_glass(s: Stage) -> None:
     s.box(s.material("BsdfTransparent", {"Color": (0.9, 0.5, 0.3)}))
-    s.ball(s.material("BsdfRefraction", {"Roughness": 0.0, "IOR": 1.2}))
+    s.ball(s.material("BsdfRefraction", {"Roughness": 0.0, "IOR": 1.2}, distribution="GGX"))
     s.lights()
     s.scene.render.film_transparent = True
 

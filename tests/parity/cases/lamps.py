@@ -25,7 +25,7 @@ def point(s: Stage, attributes: dict[str, Any]) -> None:
     s.lamp("POINT", (0.6, -1.2, 1.6), 150.0, **attributes)
 
 
-@each({"in_the_ball": (0.0, -0.9, 0.35), "around_the_camera": (0.0, -6.0, 3.0)})
+@each({"the_floor": (0.3, -1.3, 0.45), "the_camera": (0.0, -6.0, 3.0)}, samples=64)
 def point_sphere_near(s: Stage, at: tuple[float, float, float]) -> None:
     s.set()
     s.lamp("POINT", at, 100.0, shadow_soft_size=0.3, use_soft_falloff=False)
@@ -51,14 +51,15 @@ def sun_not_normalized(s: Stage) -> None:
         "sphere": {"spot_blend": 0.5, "shadow_soft_size": 0.3, "use_soft_falloff": False},
         "wide": {"spot_blend": 1.0, "spot_size": radians(150), "shadow_soft_size": 0.2},
         "not_normalized": {"spot_blend": 0.2, "shadow_soft_size": 0.3, "normalize": False},
-    }
+    },
+    samples=64,
 )
 def spot(s: Stage, attributes: dict[str, Any]) -> None:
     s.set()
     s.lamp("SPOT", power=1000.0, **({"spot_size": radians(40)} | attributes))
 
 
-@case()
+@case(samples=64)
 def spot_scaled(s: Stage) -> None:
     s.set()
     s.lamp("SPOT", power=1000.0, spot_size=radians(45), spot_blend=0.3, shadow_soft_size=0.2).scale = (2.0, 2.0, 2.0)
@@ -71,15 +72,24 @@ def spot_scaled(s: Stage) -> None:
         "disk": {"shape": "DISK", "size": 1.5},
         "ellipse": {"shape": "ELLIPSE", "size": 2.5, "size_y": 0.7},
         "spread_60_degrees": {"shape": "RECTANGLE", "size": 1.5, "size_y": 1.0, "spread": radians(60)},
-        "spread_10_degrees": {"shape": "SQUARE", "size": 2.0, "spread": radians(10)},
+        "spread_30_degrees": {"shape": "SQUARE", "size": 2.5, "spread": radians(30)},
         "disk_spread_90_degrees": {"shape": "DISK", "size": 1.5, "spread": radians(90)},
         "not_normalized": {"shape": "SQUARE", "size": 1.5, "normalize": False},
-    },
-    blind=True,
+    }
 )
 def area(s: Stage, attributes: dict[str, Any]) -> None:
     s.set()
     s.lamp("AREA", power=100.0 if "spread" in attributes else 300.0, **attributes)
+
+
+@each(
+    {"square": {"shape": "SQUARE"}, "ellipse": {"shape": "ELLIPSE", "size_y": 5.0}, "spread": {"spread": radians(140)}},
+    samples=64,
+    blind=True,
+)
+def area_large(s: Stage, attributes: dict[str, Any]) -> None:
+    s.set()
+    s.lamp("AREA", (0.5, -2.0, 3.5), 800.0, size=7.0, **attributes)
 
 
 @each({"square": {"shape": "SQUARE", "size": 1.0}, "disk": {"shape": "DISK", "size": 1.0}})
@@ -88,7 +98,7 @@ def area_scaled(s: Stage, attributes: dict[str, Any]) -> None:
     s.lamp("AREA", **attributes).scale = (2.5, 0.5, 3.0)
 
 
-@each({"square": {"shape": "SQUARE", "size": 1.5}, "disk": {"shape": "DISK", "size": 1.5}})
+@each({"square": {"shape": "SQUARE", "size": 1.5}, "disk": {"shape": "DISK", "size": 1.5}}, samples=64)
 def area_near_the_floor(s: Stage, attributes: dict[str, Any]) -> None:
     s.set()
     lamp = s.lamp("AREA", (0.3, -1.9, 0.15), 60.0, **attributes)
@@ -127,7 +137,7 @@ LAMPS = {
 }
 
 
-@each(LAMPS)
+@each(LAMPS, samples=64)
 def seen_by_the_camera(s: Stage, lamp: tuple[str, dict[str, Any]]) -> None:
     s.set()
     kind, attributes = lamp
@@ -145,7 +155,7 @@ def sun_seen_by_the_camera(s: Stage) -> None:
     thing.visible_camera = True
 
 
-@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})})
+@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})}, samples=96)
 def seen_in_a_mirror(s: Stage, lamp: tuple[str, dict[str, Any]]) -> None:
     s.floor(s.material("BsdfGlossy", {"Roughness": 0.0, "Color": (0.9, 0.8, 0.7)}))
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.0, "Color": (0.7, 0.8, 0.9)}))
@@ -154,7 +164,7 @@ def seen_in_a_mirror(s: Stage, lamp: tuple[str, dict[str, Any]]) -> None:
     s.aim(thing, (0.0, -2.0, 0.0))
 
 
-@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})})
+@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})}, samples=96)
 def on_a_glossy_floor(s: Stage, lamp: tuple[str, dict[str, Any]]) -> None:
     s.floor(s.material("BsdfGlossy", {"Roughness": 0.3, "Color": (0.9, 0.8, 0.7)}))
     s.ball(s.diffuse((0.7, 0.8, 0.9)))
@@ -176,23 +186,23 @@ def shadow_off_beside_a_lamp_with_shadow(s: Stage) -> None:
     s.lamp("AREA", size=1.0)
 
 
-@each({"diffuse": "visible_diffuse", "glossy": "visible_glossy", "transmission": "visible_transmission"})
+@each({"diffuse": "visible_diffuse", "glossy": "visible_glossy", "transmission": "visible_transmission"}, samples=64)
 def lamp_hidden_from(s: Stage, switch: str) -> None:
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.2}))
     s.box(s.material("BsdfTranslucent", {"Color": (0.6, 0.7, 0.8)}))
-    s.lamp("AREA", (1.5, 2.0, 3.5), size=1.5)
-    setattr(s.lamp("AREA", (-1.5, -2.0, 3.5), size=1.5), switch, False)
+    s.lamp("AREA", (2.5, 2.0, 3.5), size=3.0)
+    setattr(s.lamp("AREA", (-2.5, -2.0, 3.5), size=3.0), switch, False)
 
 
-@case()
+@case(samples=64)
 def lamp_without_multiple_importance(s: Stage) -> None:
     s.floor(s.material("BsdfGlossy", {"Roughness": 0.4}))
     s.ball(s.diffuse((0.8, 0.35, 0.12)))
     s.lamp("AREA", (0.7, 1.5, 2.0), 100.0, size=1.0).data.cycles.use_multiple_importance_sampling = False
 
 
-@case(effort=2)
+@case(samples=64)
 def many_lamps(s: Stage) -> None:
     s.set()
     for i in range(40):

@@ -12,51 +12,51 @@ if TYPE_CHECKING:
     from ..stage import Nodes, Stage
 
 
-@case(blind=True)
+@case(samples=64, blind=True)
 def mesh_emitter(s: Stage) -> None:
     s.set()
-    s.floor(s.glow((1.0, 0.8, 0.6), 12.0), size=1.5, location=(1.0, -1.0, 3.5), rotation_euler=(0.4, 2.9, 0.0))
+    s.floor(s.glow((1.0, 0.8, 0.6), 4.0), size=5.0, location=(1.0, -2.0, 4.5), rotation_euler=(0.4, 2.9, 0.0))
 
 
-@case()
+@case(samples=128)
 def mesh_emitter_with_two_sides(s: Stage) -> None:
     s.set()
     s.floor(s.glow((1.0, 0.8, 0.6), 10.0), size=0.8, location=(0.2, -0.6, 0.6), rotation_euler=(0.0, 1.4, 0.0))
 
 
-@case()
+@case(samples=128)
 def mesh_emitter_that_is_a_ball(s: Stage) -> None:
     s.set()
-    s.ball(s.glow((1.0, 0.8, 0.6), 40.0), at=(1.0, -1.0, 2.5), scale=(0.2, 0.2, 0.2))
+    s.ball(s.glow((1.0, 0.8, 0.6), 10.0), at=(1.0, -1.5, 3.5), scale=(0.6, 0.6, 0.6))
 
 
-@case()
+@case(samples=64)
 def mesh_emitter_small(s: Stage) -> None:
     s.set()
-    s.floor(s.glow((1.0, 0.8, 0.6), 3000.0), size=0.05, location=(0.8, -1.5, 2.5), rotation_euler=(0.2, 3.0, 0.0))
+    s.floor(s.glow((1.0, 0.8, 0.6), 500.0), size=0.2, location=(0.8, -1.5, 4.0), rotation_euler=(0.2, 3.0, 0.0))
 
 
-@case(blind=True)
+@case(samples=64, blind=True)
 def mesh_emitter_with_a_texture(s: Stage) -> None:
     s.set()
     material, nodes = s.nodes()
     texture = nodes.add("TexImage", image=s.image(), interpolation="Closest")
-    nodes.surface(nodes.add("Emission", {"Color": texture, "Strength": 20.0}))
-    s.floor(material, size=1.6, location=(0.6, -1.0, 2.6), rotation_euler=(0.3, 2.9, 0.0))
+    nodes.surface(nodes.add("Emission", {"Color": texture, "Strength": 5.0}))
+    s.floor(material, size=5.0, location=(0.6, -2.0, 4.0), rotation_euler=(0.3, 2.9, 0.0))
 
 
-@case()
+@case(samples=64)
 def mesh_emitter_that_is_mostly_dark(s: Stage) -> None:
     s.set()
     material, nodes = s.nodes()
     coordinates = nodes.add("TexCoord")
-    spot = nodes.add("Math", {"Value": (coordinates, "UV"), "Value_001": 0.9}, operation="GREATER_THAN")
+    spot = nodes.add("Math", {"Value": (coordinates, "UV"), "Value_001": 0.6}, operation="GREATER_THAN")
     nodes.surface(
         nodes.add(
             "Emission", {"Color": (1.0, 0.9, 0.7), "Strength": nodes.add("Math", {"Value": spot, "Value_001": 60.0}, operation="MULTIPLY")}
         )
     )
-    s.floor(material, size=1.6, location=(0.6, -1.0, 2.6), rotation_euler=(0.3, 2.9, 0.0))
+    s.floor(material, size=5.0, location=(0.6, -2.0, 4.0), rotation_euler=(0.3, 2.9, 0.0))
 
 
 @case()
@@ -66,20 +66,20 @@ def mesh_emitter_that_reflects(s: Stage) -> None:
     s.box(s.material("BsdfPrincipled", {"Base Color": (0.8, 0.8, 0.8), "Roughness": 0.6}))
 
 
-@case()
+@case(samples=64)
 def emission_not_sampled(s: Stage) -> None:
     s.set()
     glow = s.glow((1.0, 0.8, 0.6), 6.0)
     glow.cycles.emission_sampling = "NONE"
-    s.floor(glow, size=3.0, location=(0.5, -1.0, 3.5))
+    s.floor(glow, size=6.0, location=(0.5, -1.0, 3.5))
 
 
-@each({"front": "FRONT", "back": "BACK"})
+@each({"front": "FRONT", "back": "BACK"}, samples=64)
 def emission_sampled_on_one_side(s: Stage, side: str) -> None:
     s.set()
-    glow = s.glow((1.0, 0.8, 0.6), 10.0)
+    glow = s.glow((1.0, 0.8, 0.6), 2.0)
     glow.cycles.emission_sampling = side
-    s.floor(glow, size=0.8, location=(0.2, -0.6, 0.6), rotation_euler=(0.0, 1.4, 0.0))
+    s.floor(glow, size=3.0, location=(0.3, -0.2, 1.0), rotation_euler=(0.0, 1.4, 0.0))
 
 
 @case(blind=True)

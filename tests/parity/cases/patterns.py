@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .registry import case, each
+from .registry import CHART, case, each
 
 if TYPE_CHECKING:
     from ..stage import Nodes, Stage
@@ -39,7 +39,7 @@ def shown(nodes: Nodes, number: Any) -> Any:
     return nodes.add("Math", {"Value": number, "Value_001": 0.2, "Value_002": 0.7}, operation="MULTIPLY_ADD")
 
 
-@each({mode.lower(): mode for mode in ("CONSTANT", "LINEAR", "EASE", "B_SPLINE", "CARDINAL")})
+@each({mode.lower(): mode for mode in ("CONSTANT", "LINEAR", "EASE", "B_SPLINE", "CARDINAL")}, samples=CHART)
 def color_ramp(s: Stage, mode: str) -> None:
     def paint(nodes: Nodes) -> Any:
         node = nodes.add("ValToRGB", {"Fac": u(nodes)})
@@ -52,7 +52,7 @@ def color_ramp(s: Stage, mode: str) -> None:
     s.chart(paint)
 
 
-@case()
+@case(samples=CHART)
 def math_chain(s: Stage) -> None:
     def paint(nodes: Nodes) -> Any:
         value = u(nodes)
@@ -64,13 +64,17 @@ def math_chain(s: Stage) -> None:
 
 
 @each(
-    {operation.lower(): operation for operation in ("MODULO", "PINGPONG", "SNAP", "WRAP", "SMOOTH_MIN", "ARCTAN2", "LOGARITHM", "COMPARE")}
+    {operation.lower(): operation for operation in ("MODULO", "PINGPONG", "SNAP", "WRAP", "SMOOTH_MIN", "ARCTAN2", "LOGARITHM", "COMPARE")},
+    samples=CHART,
 )
 def math(s: Stage, operation: str) -> None:
     s.chart(lambda nodes: shown(nodes, nodes.add("Math", {"Value": u(nodes), "Value_001": 0.3, "Value_002": 0.15}, operation=operation)))
 
 
-@each({operation.lower(): operation for operation in ("CROSS_PRODUCT", "NORMALIZE", "REFLECT", "FRACTION", "PROJECT", "DISTANCE")})
+@each(
+    {operation.lower(): operation for operation in ("CROSS_PRODUCT", "NORMALIZE", "REFLECT", "FRACTION", "PROJECT", "DISTANCE")},
+    samples=CHART,
+)
 def vector_math(s: Stage, operation: str) -> None:
     def paint(nodes: Nodes) -> Any:
         first, second = colors(nodes)
@@ -80,12 +84,11 @@ def vector_math(s: Stage, operation: str) -> None:
     s.chart(paint)
 
 
-BLENDS = (
-    "MIX DARKEN MULTIPLY BURN LIGHTEN SCREEN DODGE ADD OVERLAY SOFT_LIGHT LINEAR_LIGHT DIFFERENCE EXCLUSION SUBTRACT DIVIDE HUE SATURATION COLOR VALUE"
-).split()
+BLENDS = ("MIX", "DARKEN", "MULTIPLY", "BURN", "LIGHTEN", "SCREEN", "DODGE", "ADD", "OVERLAY", "SOFT_LIGHT", "LINEAR_LIGHT", "DIFFERENCE")
+BLENDS += ("EXCLUSION", "SUBTRACT", "DIVIDE", "HUE", "SATURATION", "COLOR", "VALUE")
 
 
-@each({blend.lower(): blend for blend in BLENDS})
+@each({blend.lower(): blend for blend in BLENDS}, samples=CHART)
 def mix(s: Stage, blend: str) -> None:
     def paint(nodes: Nodes) -> Any:
         first, second = colors(nodes)
@@ -96,7 +99,7 @@ def mix(s: Stage, blend: str) -> None:
     s.chart(paint)
 
 
-@each({"float": "FLOAT", "vector": "VECTOR"})
+@each({"float": "FLOAT", "vector": "VECTOR"}, samples=CHART)
 def mix_of(s: Stage, kind: str) -> None:
     def paint(nodes: Nodes) -> Any:
         first, second = colors(nodes)
@@ -106,7 +109,7 @@ def mix_of(s: Stage, kind: str) -> None:
     s.chart(paint)
 
 
-@case()
+@case(samples=CHART)
 def rgb_curves(s: Stage) -> None:
     def paint(nodes: Nodes) -> Any:
         node = nodes.add("RGBCurve", {"Fac": 0.8, "Color": colors(nodes)[0]})
@@ -119,7 +122,7 @@ def rgb_curves(s: Stage) -> None:
     s.chart(paint)
 
 
-@case()
+@case(samples=CHART)
 def float_curve(s: Stage) -> None:
     def paint(nodes: Nodes) -> Any:
         node = nodes.add("FloatCurve", {"Value": u(nodes)})
@@ -130,7 +133,7 @@ def float_curve(s: Stage) -> None:
     s.chart(paint)
 
 
-@case()
+@case(samples=CHART)
 def vector_curves(s: Stage) -> None:
     def paint(nodes: Nodes) -> Any:
         node = nodes.add("VectorCurve", {"Vector": colors(nodes)[0]})
@@ -141,7 +144,7 @@ def vector_curves(s: Stage) -> None:
     s.chart(paint)
 
 
-@each({mode.lower(): mode for mode in ("LINEAR", "STEPPED", "SMOOTHSTEP", "SMOOTHERSTEP")})
+@each({mode.lower(): mode for mode in ("LINEAR", "STEPPED", "SMOOTHSTEP", "SMOOTHERSTEP")}, samples=CHART)
 def map_range(s: Stage, mode: str) -> None:
     values = {"From Min": 0.2, "From Max": 0.8, "To Min": 0.9, "To Max": 0.1}
     s.chart(lambda nodes: nodes.add("MapRange", {"Value": u(nodes)} | values, interpolation_type=mode, clamp=mode != "LINEAR"))
@@ -154,14 +157,15 @@ def map_range(s: Stage, mode: str) -> None:
         "bright_contrast": ("BrightContrast", {"Bright": 0.1, "Contrast": 0.4}, {}),
         "hue_saturation": ("HueSaturation", {"Hue": 0.65, "Saturation": 1.2, "Value": 0.9, "Fac": 0.8}, {}),
         "to_gray": ("RGBToBW", {}, {}),
-    }
+    },
+    samples=CHART,
 )
 def color_node(s: Stage, variant: tuple[str, dict[str, float], dict[str, str]]) -> None:
     kind, inputs, attributes = variant
     s.chart(lambda nodes: nodes.add(kind, {"Color": colors(nodes)[0]} | inputs, **attributes))
 
 
-@each({mode.lower(): mode for mode in ("RGB", "HSV", "HSL")})
+@each({mode.lower(): mode for mode in ("RGB", "HSV", "HSL")}, samples=CHART)
 def separate_and_combine(s: Stage, mode: str) -> None:
     def paint(nodes: Nodes) -> Any:
         apart = nodes.add("SeparateColor", {"Color": colors(nodes)[1]}, mode=mode)
@@ -170,30 +174,24 @@ def separate_and_combine(s: Stage, mode: str) -> None:
     s.chart(paint)
 
 
-@each({kind.lower(): kind for kind in ("POINT", "TEXTURE", "VECTOR", "NORMAL")})
+@each({kind.lower(): kind for kind in ("POINT", "TEXTURE", "VECTOR", "NORMAL")}, samples=CHART)
 def mapping(s: Stage, kind: str) -> None:
-    values = {"Location": (0.2, 0.1, 0.3), "Rotation": (0.3, 0.2, 0.5), "Scale": (1.5, 0.7, 1.0)}
+    values = {"Rotation": (0.3, 0.2, 0.5), "Scale": (1.5, 0.7, 1.0)}
+    values |= {"Location": (0.2, 0.1, 0.3)} if kind in ("POINT", "TEXTURE") else {}
 
     def paint(nodes: Nodes) -> Any:
-        mapped = nodes.add(
-            "Mapping", {"Vector": colors(nodes)[1]} | ({} if kind in ("VECTOR", "NORMAL") else {}) | used(kind, values), vector_type=kind
-        )
+        mapped = nodes.add("Mapping", {"Vector": colors(nodes)[1]} | values, vector_type=kind)
         return nodes.add("VectorMath", {"Vector": mapped, "Vector_001": (0.2,) * 3, "Vector_002": (0.5,) * 3}, operation="MULTIPLY_ADD")
 
     s.chart(paint)
 
 
-def used(kind: str, values: dict[str, Any]) -> dict[str, Any]:
-    """Those of a mapping's inputs that its kind has."""
-    return {name: value for name, value in values.items() if name != "Location" or kind in ("POINT", "TEXTURE")}
-
-
-@each({"glass": 1.45, "from_within": 0.7})
+@each({"glass": 1.45, "from_within": 0.7}, samples=CHART)
 def fresnel(s: Stage, ior: float) -> None:
     s.chart(lambda nodes: nodes.add("Fresnel", {"IOR": ior}))
 
 
-@each({output.lower(): output for output in ("Fresnel", "Facing")})
+@each({output.lower(): output for output in ("Fresnel", "Facing")}, samples=CHART)
 def layer_weight(s: Stage, output: str) -> None:
     s.chart(lambda nodes: (nodes.add("LayerWeight", {"Blend": 0.35}), output))
 
@@ -209,10 +207,10 @@ def fresnel_mixes_shaders(s: Stage) -> None:
     s.box(material)
 
 
-RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray", "Is Reflection Ray", "Is Singular Ray")
+RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray")
 
 
-@each({ray.lower().replace(" ", "_"): ray for ray in RAYS[:5]})
+@each({ray.lower().replace(" ", "_"): ray for ray in RAYS})
 def light_path(s: Stage, output: str) -> None:
     """A ball that glows for some rays only, and lets the others pass."""
     material, nodes = s.nodes()
@@ -248,7 +246,7 @@ def backfacing_mixes_shaders(s: Stage) -> None:
     s.floor(material, size=1.6, location=(0.9, 0.0, 1.0), rotation_euler=(-1.3, 0.0, 0.3))
 
 
-@case()
+@case(samples=CHART)
 def group_with_an_input(s: Stage) -> None:
     from ..stage import Nodes
 
@@ -268,7 +266,7 @@ def group_with_an_input(s: Stage) -> None:
     s.chart(lambda nodes: nodes.add("Group", {"Tint": (0.9, 0.6, 0.3)}, node_tree=tree))
 
 
-@case()
+@case(samples=CHART)
 def blackbody(s: Stage) -> None:
     def paint(nodes: Nodes) -> Any:
         kelvin = nodes.add("Math", {"Value": u(nodes), "Value_001": 9000.0, "Value_002": 1200.0}, operation="MULTIPLY_ADD")
@@ -277,18 +275,20 @@ def blackbody(s: Stage) -> None:
     s.chart(paint)
 
 
-@each({"generated": False, "uv": True})
+@each({"generated": False, "uv": True}, samples=CHART)
 def checker(s: Stage, by_uv: bool) -> None:
     inputs = {"Color1": (0.9, 0.6, 0.3), "Color2": (0.1, 0.2, 0.4), "Scale": 4.3}
     s.chart(lambda nodes: nodes.add("TexChecker", inputs | ({"Vector": uv(nodes)} if by_uv else {})))
 
 
-@each({kind.lower(): kind for kind in ("LINEAR", "QUADRATIC", "EASING", "DIAGONAL", "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL")})
+@each(
+    {kind.lower(): kind for kind in ("LINEAR", "QUADRATIC", "EASING", "DIAGONAL", "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL")}, samples=CHART
+)
 def gradient(s: Stage, kind: str) -> None:
     s.chart(lambda nodes: nodes.add("TexGradient", gradient_type=kind))
 
 
-@each({"2d": {"noise_dimensions": "2D"}, "3d": {}, "not_normalized": {"normalize": False}})
+@each({"2d": {"noise_dimensions": "2D"}, "3d": {}, "not_normalized": {"normalize": False}}, samples=CHART)
 def noise(s: Stage, attributes: dict[str, Any]) -> None:
     inputs = {"Scale": 3.0, "Detail": 2.5, "Roughness": 0.6, "Distortion": 0.3}
-    s.chart(lambda nodes: nodes.add("TexNoise", inputs, **attributes))
+    s.chart(lambda nodes: shown(nodes, nodes.add("TexNoise", inputs, **attributes)))

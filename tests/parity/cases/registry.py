@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from ..stage import Stage
 
 
+CHART = 16  # samples for cases where nothing makes noise but edges
+
+
 @dataclass(frozen=True)
 class Case:
     """A scene, what the exporter has to say about it, and how it is compared."""
@@ -17,7 +20,7 @@ class Case:
     name: str
     build: Callable[[Stage], None]
     losses: tuple[str, ...] = ()  # the coverage report's details, all of them
-    effort: int = 1  # factor on the samples of both renderers, where there is much noise
+    samples: int = 32  # per pixel of each of Cycles' renders; ours has as many as all of those together
     blind: bool = False  # whether it is rendered without next-event estimation, too
 
 

@@ -45,14 +45,14 @@ def anisotropic(s: Stage, variant: tuple[float, float]) -> None:
         "of_ior_below_1": (0.2, 0.8, "MULTI_GGX"),
         "of_ior_1": (0.3, 1.0, "GGX"),
     },
-    effort=2,
+    samples=64,
 )
 def glass(s: Stage, variant: tuple[float, float, str]) -> None:
     roughness, ior, distribution = variant
     s.subject("BsdfGlass", {"Color": MINT, "Roughness": roughness, "IOR": ior}, distribution=distribution)
 
 
-@each({"clear": 0.0, "frosted": 0.4}, effort=2)
+@each({"clear": 0.0, "frosted": 0.4}, samples=64)
 def refraction(s: Stage, roughness: float) -> None:
     s.subject("BsdfRefraction", {"Color": MINT, "Roughness": roughness, "IOR": 1.4}, distribution="GGX")
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .registry import case, each
+from .registry import CHART, case, each
 
 if TYPE_CHECKING:
     from ..stage import Nodes, Stage
@@ -24,7 +24,8 @@ def scaled_uv(nodes: Nodes, location: tuple[float, float, float] = (-0.7, -0.4, 
         f"{extension.lower()}_{interpolation.lower()}": {"extension": extension, "interpolation": interpolation}
         for extension in ("REPEAT", "EXTEND", "CLIP", "MIRROR")
         for interpolation in ("Linear", "Closest")
-    }
+    },
+    samples=CHART,
 )
 def image(s: Stage, attributes: dict[str, str]) -> None:
     s.chart(lambda nodes: nodes.add("TexImage", {"Vector": scaled_uv(nodes)}, image=s.image(), **attributes))
@@ -41,13 +42,14 @@ def image(s: Stage, attributes: dict[str, str]) -> None:
         "with_alpha_float": {"colorspace": "Linear Rec.709", "float_buffer": True, "alpha": True},
         "with_alpha_non_color": {"colorspace": "Non-Color", "alpha": True},
         "of_1_texel": {"width": 1, "height": 1},
-    }
+    },
+    samples=CHART,
 )
 def image_as(s: Stage, options: dict[str, Any]) -> None:
     s.chart(lambda nodes: nodes.add("TexImage", image=s.image(**options)))
 
 
-@each({mode.lower(): mode for mode in ("NONE", "STRAIGHT", "PREMUL", "CHANNEL_PACKED")})
+@each({mode.lower(): mode for mode in ("NONE", "STRAIGHT", "PREMUL", "CHANNEL_PACKED")}, samples=CHART)
 def image_alpha_mode(s: Stage, mode: str) -> None:
     """The colour where the alpha socket is used, and where it is not."""
     picture = s.image(alpha=True)
@@ -84,7 +86,7 @@ def image_on(s: Stage, kind: str) -> None:
     s.box(material)
 
 
-@each({"named": "Second", "for_rendering": ""})
+@each({"named": "Second", "for_rendering": ""}, samples=CHART)
 def uv_map(s: Stage, name: str) -> None:
     def paint(nodes: Nodes) -> Any:
         return nodes.add("TexImage", {"Vector": nodes.add("UVMap", uv_map=name)}, image=s.image())
@@ -96,7 +98,7 @@ def uv_map(s: Stage, name: str) -> None:
         layer.active_render = True
 
 
-@case()
+@case(samples=CHART)
 def without_a_uv_map(s: Stage) -> None:
     for thing in s.chart(
         lambda nodes: nodes.add("Mix", {"A_Color": nodes.add("TexImage", image=s.image()), "B_Color": (0.5, 0.2, 0.1)}, data_type="RGBA")
@@ -104,18 +106,18 @@ def without_a_uv_map(s: Stage) -> None:
         thing.data.uv_layers.remove(thing.data.uv_layers[0])
 
 
-@each({output.lower(): output for output in ("Generated", "Normal", "UV", "Object", "Reflection")})
+@each({output.lower(): output for output in ("Generated", "Normal", "UV", "Object", "Reflection")}, samples=CHART)
 def coordinates(s: Stage, output: str) -> None:
     s.chart(lambda nodes: positive(nodes, (nodes.add("TexCoord"), output)))
 
 
-@case()
+@case(samples=CHART)
 def coordinates_of_another_object(s: Stage) -> None:
     other = s.place("Other", None, (0.3, -0.5, 0.2), rotation_euler=(0.1, 0.4, 0.2), scale=(1.2, 0.7, 1.2))
     s.chart(lambda nodes: positive(nodes, (nodes.add("TexCoord", object=other), "Object")))
 
 
-@case()
+@case(samples=CHART)
 def generated_of_a_deformed_mesh(s: Stage) -> None:
     things = s.chart(lambda nodes: positive(nodes, (nodes.add("TexCoord"), "Generated")))
     modifier = things[2].modifiers.new("Stretch", "SIMPLE_DEFORM")
@@ -123,19 +125,20 @@ def generated_of_a_deformed_mesh(s: Stage) -> None:
 
 
 @each(
-    {output.lower().replace(" ", "_"): output for output in ("Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing")}
+    {output.lower().replace(" ", "_"): output for output in ("Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing")},
+    samples=CHART,
 )
 def geometry_node(s: Stage, output: str) -> None:
     things = s.chart(lambda nodes: positive(nodes, (nodes.add("NewGeometry"), output)))
     things[1].data.flip_normals()
 
 
-@case()
+@case(samples=CHART)
 def geometry_tangent(s: Stage) -> None:
     s.chart(lambda nodes: positive(nodes, (nodes.add("NewGeometry"), "Tangent")))
 
 
-@each({"radial_z": {"axis": "Z"}, "radial_x": {"axis": "X"}, "uv": {"direction_type": "UV_MAP"}})
+@each({"radial_z": {"axis": "Z"}, "radial_x": {"axis": "X"}, "uv": {"direction_type": "UV_MAP"}}, samples=CHART)
 def tangent_node(s: Stage, attributes: dict[str, str]) -> None:
     s.chart(lambda nodes: positive(nodes, nodes.add("Tangent", **attributes)))
 
@@ -148,7 +151,10 @@ def tangent_of_an_anisotropic_surface(s: Stage) -> None:
     lit(s, material)
 
 
-@each({output.lower().replace(" ", "_"): output for output in ("Location", "Color", "Alpha", "Object Index", "Material Index", "Random")})
+@each(
+    {output.lower().replace(" ", "_"): output for output in ("Location", "Color", "Alpha", "Object Index", "Material Index", "Random")},
+    samples=CHART,
+)
 def object_info(s: Stage, output: str) -> None:
     things = s.chart(lambda nodes: positive(nodes, (nodes.add("ObjectInfo"), output)))
     for k, thing in enumerate(things):
@@ -170,7 +176,9 @@ def object_info_of_instances(s: Stage) -> None:
         s.place("Instance", None, (x, 0.5 * x, 0.0), instance_type="COLLECTION", instance_collection=collection)
 
 
-@each({f"{kind}_{domain}".lower(): (kind, domain) for kind in ("FLOAT_COLOR", "BYTE_COLOR") for domain in ("POINT", "CORNER")})
+@each(
+    {f"{kind}_{domain}".lower(): (kind, domain) for kind in ("FLOAT_COLOR", "BYTE_COLOR") for domain in ("POINT", "CORNER")}, samples=CHART
+)
 def color_attribute(s: Stage, variant: tuple[str, str]) -> None:
     things = s.chart(lambda nodes: nodes.add("VertexColor", layer_name="Paint"))
     kind, domain = variant
@@ -190,13 +198,14 @@ def color_attribute(s: Stage, variant: tuple[str, str]) -> None:
             ("FLOAT", "EDGE"),
             ("FLOAT2", "POINT"),
         ]
-    }
+    },
+    samples=CHART,
 )
 def attribute(s: Stage, variant: tuple[str, str]) -> None:
-    things = s.chart(lambda nodes: nodes.add("Attribute", attribute_name="heat"))
+    things = s.chart(lambda nodes: nodes.add("Attribute", attribute_name="warmth"))
     kind, domain = variant
     for k, thing in enumerate(things[1:]):  # the floor has none
-        layer = thing.data.attributes.new("heat", kind, domain)
+        layer = thing.data.attributes.new("warmth", kind, domain)
         name, width = {"FLOAT": ("value", 1), "INT": ("value", 1), "FLOAT_VECTOR": ("vector", 3), "FLOAT2": ("vector", 2)}[kind]
         values = np.random.default_rng(k).random(width * len(layer.data), np.float32)
         layer.data.foreach_set(name, (4 * values).astype(np.int32) if kind == "INT" else values)

@@ -1,0 +1,86 @@
+"""Cycles is the oracle: each small scene is exported and rendered here, and must be the image that Cycles makes of it.
+
+Means of blocks of pixels are compared by Welch's t-test, with the variances of both renderers; a false alarm has the probability
+`significance.ALARM` for each scene. A scene that shows too little to find a bias of 2 % in the whole image fails, too.
+"""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.render import render
+from blender_rl_guiding.scene.bundle import load
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.settings import Render
+from tests.parity.cases import CASES, Case
+from tests.significance import Estimate, assert_same, detectable_difference, pooled
+
+ROOT = Path(__file__).resolve().parents[2]
+PROCESSES = 2
+BLOCK = 4  # pixels
+WEAKEST = 0.02
+BLIND = [name for name, case in CASES.items() if case.blind]
+
+pytestmark = [pytest.mark.slow, pytest.mark.blender]
+
+
+@pytest.fixture(scope="session")
+def oracle(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what Cycles and the exporter made of every case that is going to be tested."""
+    folder = tmp_path_factory.mktemp("oracle")
+    items = [item for item in request.session.items if item.path == Path(__file__)]
+    names = list(dict.fromkeys(item.callspec.params["name"] for item in items))
+    commands = [[sys.executable, "-m", "tests.parity.oracle", folder, *names[k::PROCESSES]] for k in range(PROCESSES)]
+    children = [subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL) for command in commands]
+    assert [child.wait() for child in children] == [0] * PROCESSES
+    return folder
+
+
+def read_oracle(folder: Path, name: str) -> tuple[Estimate, SceneData]:
+    """Cycles' image, and the scene as exported."""
+    failure = folder / f"{name}.error"
+    assert not failure.exists(), failure.read_text()
+    with np.load(folder / f"{name}.npz") as file:
+        theirs = Estimate(file["mean"], file["variance"], np.full(file["mean"].shape, int(file["renders"]) - 1.0))
+    return theirs, load(folder / f"{name}.bundle.npz")
+
+
+def rendered(scene: SceneData, case: Case, nee: bool) -> Estimate:
+    """Our image, with as many samples as Cycles' images have together; with alpha where the film is transparent."""
+    film = render(scene, Render(spp=case.samples * 8, seed=1, nee=nee)).film
+    mean, variance = film.mean().astype(float), film.variance_of_mean()
+    if scene.film.transparent:
+        alpha = film.alpha()[..., None].astype(float)
+        mean, variance = np.append(mean, alpha, axis=2), np.append(variance, alpha * (1 - alpha) / (film.samples - 1), axis=2)
+    return Estimate(mean, variance, np.full(mean.shape, film.samples - 1.0))
+
+
+def in_blocks(image: Estimate) -> Estimate:
+    """Means of blocks of pixels, fewer at the right and bottom edges, and of the whole image: (N, channels)."""
+    rows, columns = (np.arange(size) // BLOCK for size in image.mean.shape[:2])
+    block = rows[:, None] * (columns[-1] + 1) + columns[None, :]
+    return pooled(image, block.ravel()).joined(pooled(image, np.zeros(block.size, int)))
+
+
+def compare(folder: Path, case: Case, nee: bool) -> None:
+    """All that a case has to show."""
+    theirs, scene = read_oracle(folder, case.name)
+    assert tuple(loss.detail for loss in scene.coverage) == case.losses
+    ours = rendered(scene, case, nee)
+    theirs, ours = in_blocks(theirs.channels(ours.mean.shape[2])), in_blocks(ours)
+    assert_same(ours, theirs)
+    weakest = (detectable_difference(ours, theirs)[-1] / theirs.mean[-1, :3].mean()).max()
+    assert weakest < WEAKEST, f"a bias below {weakest:.1%} of the image could not be seen"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_image(name: str, oracle: Path):
+    compare(oracle, CASES[name], nee=True)
+
+
+@pytest.mark.parametrize("name", BLIND)
+def test_image_without_next_event_estimation(name: str, oracle: Path):
+    compare(oracle, CASES[name], nee=False)

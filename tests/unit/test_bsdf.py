@@ -1,0 +1,76 @@
+"""Which lobes closures become, what they emit and let through, and what keeps broken input from doing harm."""
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.bsdf import lobe, surface
+from tests.bsdf import direction, surface_of
+
+UP = direction(0)
+
+
+def test_a_black_or_hidden_closure_is_no_lobe():
+    assert surface_of(("diffuse", {"color": (0, 0, 0)}), wo=UP).count == 0
+    assert surface_of(("glossy", {"weight": 0.0}), ("emission", {}), wo=UP).count == 0
+    assert surface_of(("principled", {"alpha": 0.0}), wo=UP).count == 0
+
+
+def test_lobes_are_picked_by_the_luminance_of_their_albedo():
+    seen = surface_of(("diffuse", {"color": (0.2, 0.2, 0.2)}), ("translucent", {"color": (0.6, 0.6, 0.6), "weight": 0.5}), wo=UP)
+    albedo, guidable, chances = seen.summary()
+    np.testing.assert_allclose(chances, [0.4, 0.6], rtol=1e-6)
+    np.testing.assert_allclose(albedo, 0.5, rtol=1e-6)
+    assert guidable == pytest.approx(0.4)
+
+
+def test_lobes_beyond_the_last_row_are_left_out():
+    seen = surface_of(*[("diffuse", {"weight": 1 / 20})] * 20, wo=UP)
+    assert seen.count == surface.LOBES - 1
+    assert seen.summary()[2].sum() == pytest.approx(1)
+
+
+def test_transparency_and_emission_add_up():
+    seen = surface_of(
+        ("transparent", {"color": (0.5, 1.0, 1.0), "weight": 0.4}),
+        ("principled", {"alpha": 0.25, "weight": 0.6, "emission_color": (1.0, 0.5, 0.0), "emission_strength": 4.0}),
+        ("emission", {"color": (0.0, 1.0, 0.0), "strength": 2.0}),
+        wo=UP,
+    )
+    np.testing.assert_allclose(seen.transparency, [0.65, 0.85, 0.85], rtol=1e-6)
+    np.testing.assert_allclose(seen.emission, [0.6, 2.3, 0.0], rtol=1e-6)
+
+
+def test_without_level_principled_is_pure_lambert():
+    seen = surface_of(("principled", {"specular_ior_level": 0.0, "base_color": (0.3, 0.6, 0.9)}), wo=direction(70))
+    assert seen.count == 1
+    assert seen.lobes[0, lobe.KIND] == lobe.DIFFUSE
+    np.testing.assert_allclose(seen.summary()[0], [0.3, 0.6, 0.9], rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["diffuse", "glossy", "glass", "translucent"])
+def test_light_crosses_the_geometry_only_by_transmission(kind):
+    """With a shading normal far from the triangle's, directions between the two belong to neither side."""
+    ng, n = direction(0), direction(50)
+    seen = surface_of((kind, {}), wo=direction(30), n=n, ng=ng)
+    between = direction(100)
+    assert between @ n > 0 > between @ ng
+    assert not seen.evaluate(between[None])[0].any()
+
+
+def test_glossy_normals_are_bent_until_they_reflect_upwards():
+    wo, leaning = direction(80), tuple(direction(50, 180))
+    seen = surface_of(("glossy", {"roughness": 0.0, "normal": leaning}), wo=wo)
+    wi, label, _ = seen.sample(np.full((1, 3), 0.5))
+    assert (2 * (wo @ leaning) * np.array(leaning) - wo)[2] < 0
+    assert label[0] & surface.SINGULAR
+    assert wi[0, 2] == pytest.approx(0.01, abs=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["diffuse", "sheen", "glossy", "metallic", "glass", "principled"])
+def test_broken_numbers_stay_numbers(kind):
+    """A texture may hold anything; what is NaN may come out as NaN, for the film to drop, but must not end the process."""
+    for broken in (np.nan, np.inf, -np.inf, -1.0, 1e30):
+        seen = surface_of((kind, {"roughness": broken}), wo=direction(40))
+        assert 0 <= seen.count < surface.LOBES
+        seen.sample(np.full((10, 3), 0.3))
+        seen.evaluate(direction(20)[None])
