@@ -21,6 +21,7 @@ from tests.significance import Estimate, assert_same, detectable_difference, poo
 ROOT = Path(__file__).resolve().parents[2]
 PROCESSES = 2
 BLOCK = 4  # pixels
+SAMPLES = 16  # ours, for each sample of one of Cycles' eight renders: twice as many in all, as Cycles' are stratified
 WEAKEST = 0.02
 BLIND = [name for name, case in CASES.items() if case.blind]
 
@@ -49,8 +50,8 @@ def read_oracle(folder: Path, name: str) -> tuple[Estimate, SceneData]:
 
 
 def rendered(scene: SceneData, case: Case, nee: bool) -> Estimate:
-    """Our image, with as many samples as Cycles' images have together; with alpha where the film is transparent."""
-    film = render(scene, Render(spp=case.samples * 8, seed=1, nee=nee)).film
+    """Our image; with alpha where the film is transparent."""
+    film = render(scene, Render(spp=case.samples * SAMPLES, seed=1, nee=nee)).film
     mean, variance = film.mean().astype(float), film.variance_of_mean()
     if scene.film.transparent:
         alpha = film.alpha()[..., None].astype(float)

@@ -88,7 +88,7 @@ def late_roulette(s: Stage) -> None:
     s.scene.cycles.min_light_bounces = s.scene.cycles.min_transparent_bounces = 4
 
 
-@case()
+@case(samples=96)
 def transparent_film(s: Stage) -> None:
     s.box(s.diffuse((0.15, 0.35, 0.75)))
     s.ball(s.material("BsdfPrincipled", {"Base Color": (0.7, 0.25, 0.3), "Alpha": 0.5}))

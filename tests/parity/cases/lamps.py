@@ -71,15 +71,21 @@ def spot_scaled(s: Stage) -> None:
         "rectangle": {"shape": "RECTANGLE", "size": 2.5, "size_y": 0.5},
         "disk": {"shape": "DISK", "size": 1.5},
         "ellipse": {"shape": "ELLIPSE", "size": 2.5, "size_y": 0.7},
-        "spread_60_degrees": {"shape": "RECTANGLE", "size": 1.5, "size_y": 1.0, "spread": radians(60)},
-        "spread_30_degrees": {"shape": "SQUARE", "size": 2.5, "spread": radians(30)},
-        "disk_spread_90_degrees": {"shape": "DISK", "size": 1.5, "spread": radians(90)},
         "not_normalized": {"shape": "SQUARE", "size": 1.5, "normalize": False},
     }
 )
 def area(s: Stage, attributes: dict[str, Any]) -> None:
     s.set()
-    s.lamp("AREA", power=100.0 if "spread" in attributes else 300.0, **attributes)
+    s.lamp("AREA", **attributes)
+
+
+@each(
+    {"60_degrees": {"shape": "RECTANGLE", "size_y": 1.0, "spread": radians(60)}, "90_degrees": {"shape": "DISK", "spread": radians(90)}},
+    samples=128,
+)
+def area_spread(s: Stage, attributes: dict[str, Any]) -> None:
+    s.set()
+    s.lamp("AREA", power=100.0, size=1.5, **attributes)
 
 
 @each(
@@ -128,12 +134,12 @@ def lamp_with_nodes(s: Stage) -> None:
 
 
 LAMPS = {
-    "square": ("AREA", {"shape": "SQUARE", "size": 1.2}),
-    "ellipse": ("AREA", {"shape": "ELLIPSE", "size": 1.6, "size_y": 0.8, "spread": radians(120)}),
-    "soft_point": ("POINT", {"shadow_soft_size": 0.5}),
-    "sphere": ("POINT", {"shadow_soft_size": 0.5, "use_soft_falloff": False}),
-    "soft_spot": ("SPOT", {"shadow_soft_size": 0.5, "spot_size": radians(90), "spot_blend": 0.4}),
-    "sphere_spot": ("SPOT", {"shadow_soft_size": 0.5, "spot_size": radians(90), "spot_blend": 0.4, "use_soft_falloff": False}),
+    "square": ("AREA", {"shape": "SQUARE", "size": 1.6}),
+    "ellipse": ("AREA", {"shape": "ELLIPSE", "size": 2.2, "size_y": 1.2, "spread": radians(120)}),
+    "soft_point": ("POINT", {"shadow_soft_size": 0.7}),
+    "sphere": ("POINT", {"shadow_soft_size": 0.7, "use_soft_falloff": False}),
+    "soft_spot": ("SPOT", {"shadow_soft_size": 0.7, "spot_size": radians(90), "spot_blend": 0.4}),
+    "sphere_spot": ("SPOT", {"shadow_soft_size": 0.7, "spot_size": radians(90), "spot_blend": 0.4, "use_soft_falloff": False}),
 }
 
 
@@ -186,7 +192,7 @@ def shadow_off_beside_a_lamp_with_shadow(s: Stage) -> None:
     s.lamp("AREA", size=1.0)
 
 
-@each({"diffuse": "visible_diffuse", "glossy": "visible_glossy", "transmission": "visible_transmission"}, samples=64)
+@each({"diffuse": "visible_diffuse", "glossy": "visible_glossy", "transmission": "visible_transmission"}, samples=96)
 def lamp_hidden_from(s: Stage, switch: str) -> None:
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.2}))
@@ -202,7 +208,7 @@ def lamp_without_multiple_importance(s: Stage) -> None:
     s.lamp("AREA", (0.7, 1.5, 2.0), 100.0, size=1.0).data.cycles.use_multiple_importance_sampling = False
 
 
-@case(samples=64)
+@case(samples=160)
 def many_lamps(s: Stage) -> None:
     s.set()
     for i in range(40):

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..stage import Nodes, Stage
 
 
-@case(samples=64, blind=True)
+@case(samples=128, blind=True)
 def mesh_emitter(s: Stage) -> None:
     s.set()
     s.floor(s.glow((1.0, 0.8, 0.6), 4.0), size=5.0, location=(1.0, -2.0, 4.5), rotation_euler=(0.4, 2.9, 0.0))
@@ -21,13 +21,13 @@ def mesh_emitter(s: Stage) -> None:
 @case(samples=128)
 def mesh_emitter_with_two_sides(s: Stage) -> None:
     s.set()
-    s.floor(s.glow((1.0, 0.8, 0.6), 10.0), size=0.8, location=(0.2, -0.6, 0.6), rotation_euler=(0.0, 1.4, 0.0))
+    s.floor(s.glow((1.0, 0.8, 0.6), 5.0), size=1.4, location=(0.2, -0.6, 0.8), rotation_euler=(0.0, 1.4, 0.0))
 
 
 @case(samples=128)
 def mesh_emitter_that_is_a_ball(s: Stage) -> None:
     s.set()
-    s.ball(s.glow((1.0, 0.8, 0.6), 10.0), at=(1.0, -1.5, 3.5), scale=(0.6, 0.6, 0.6))
+    s.ball(s.glow((1.0, 0.8, 0.6), 10.0), at=(1.0, -1.5, 3.5), scale=(1.0, 1.0, 1.0))
 
 
 @case(samples=64)
@@ -36,7 +36,7 @@ def mesh_emitter_small(s: Stage) -> None:
     s.floor(s.glow((1.0, 0.8, 0.6), 500.0), size=0.2, location=(0.8, -1.5, 4.0), rotation_euler=(0.2, 3.0, 0.0))
 
 
-@case(samples=64, blind=True)
+@case(samples=128, blind=True)
 def mesh_emitter_with_a_texture(s: Stage) -> None:
     s.set()
     material, nodes = s.nodes()
@@ -45,12 +45,12 @@ def mesh_emitter_with_a_texture(s: Stage) -> None:
     s.floor(material, size=5.0, location=(0.6, -2.0, 4.0), rotation_euler=(0.3, 2.9, 0.0))
 
 
-@case(samples=64)
+@case(samples=128)
 def mesh_emitter_that_is_mostly_dark(s: Stage) -> None:
     s.set()
     material, nodes = s.nodes()
     coordinates = nodes.add("TexCoord")
-    spot = nodes.add("Math", {"Value": (coordinates, "UV"), "Value_001": 0.6}, operation="GREATER_THAN")
+    spot = nodes.add("Math", {"Value": (coordinates, "UV"), "Value_001": 0.45}, operation="GREATER_THAN")
     nodes.surface(
         nodes.add(
             "Emission", {"Color": (1.0, 0.9, 0.7), "Strength": nodes.add("Math", {"Value": spot, "Value_001": 60.0}, operation="MULTIPLY")}
@@ -59,7 +59,7 @@ def mesh_emitter_that_is_mostly_dark(s: Stage) -> None:
     s.floor(material, size=5.0, location=(0.6, -2.0, 4.0), rotation_euler=(0.3, 2.9, 0.0))
 
 
-@case()
+@case(samples=64)
 def mesh_emitter_that_reflects(s: Stage) -> None:
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(s.material("BsdfPrincipled", {"Base Color": (0.2, 0.7, 0.3), "Emission Color": (0.9, 0.4, 0.1), "Emission Strength": 2.0}))
@@ -74,7 +74,7 @@ def emission_not_sampled(s: Stage) -> None:
     s.floor(glow, size=6.0, location=(0.5, -1.0, 3.5))
 
 
-@each({"front": "FRONT", "back": "BACK"}, samples=64)
+@each({"front": "FRONT", "back": "BACK"}, samples=128)
 def emission_sampled_on_one_side(s: Stage, side: str) -> None:
     s.set()
     glow = s.glow((1.0, 0.8, 0.6), 2.0)
@@ -165,7 +165,7 @@ def world_hidden_from(s: Stage, kind: str) -> None:
     setattr(s.scene.world.cycles_visibility, kind, False)
 
 
-@case()
+@case(samples=64)
 def world_and_lamps_and_emitters(s: Stage) -> None:
     s.set()
     s.sky((0.4, 0.6, 0.9), 0.3)

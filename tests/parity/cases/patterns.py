@@ -21,14 +21,14 @@ def u(nodes: Nodes) -> Any:
 
 
 def colors(nodes: Nodes) -> tuple[Any, Any]:
-    """Two colours that vary, some of their channels beyond 0 and 1."""
+    """Two colours that vary, the first one up to above 1."""
     along = nodes.add("TexCoord")
     first = nodes.add(
-        "VectorMath", {"Vector": (along, "UV"), "Vector_001": (1.3, 0.9, 1.0), "Vector_002": (-0.1, 0.1, 0.4)}, operation="MULTIPLY_ADD"
+        "VectorMath", {"Vector": (along, "UV"), "Vector_001": (1.3, 0.9, 1.0), "Vector_002": (0.0, 0.1, 0.4)}, operation="MULTIPLY_ADD"
     )
     second = nodes.add(
         "VectorMath",
-        {"Vector": (along, "Generated"), "Vector_001": (0.8, -0.6, 1.2), "Vector_002": (0.1, 0.8, 0.0)},
+        {"Vector": (along, "Generated"), "Vector_001": (0.8, -0.6, 0.9), "Vector_002": (0.1, 0.8, 0.0)},
         operation="MULTIPLY_ADD",
     )
     return first, second

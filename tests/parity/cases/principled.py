@@ -25,7 +25,7 @@ GLASS = {"Base Color": (0.6, 0.9, 0.8), "Transmission Weight": 1.0, "Roughness":
         "specular_level": WINE | {"Specular IOR Level": 0.9, "Roughness": 0.3},
         "specular_tint": WINE | {"Specular Tint": (0.9, 0.4, 0.2), "Roughness": 0.3},
         "ior": WINE | {"IOR": 2.2, "Roughness": 0.3},
-        "ior_below_1": WINE | {"IOR": 0.8, "Roughness": 0.3},
+        "ior_below_1": WINE | {"IOR": 0.8, "Roughness": 0.6},
         "anisotropic": WINE | {"Roughness": 0.4, "Anisotropic": 0.8, "Anisotropic Rotation": 0.1},
     }
 )

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from ..stage import Stage
 
 
-CHART = 16  # samples for cases where nothing makes noise but edges
+CHART = 24  # samples for cases where nothing makes noise but edges
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Case:
     name: str
     build: Callable[[Stage], None]
     losses: tuple[str, ...] = ()  # the coverage report's details, all of them
-    samples: int = 32  # per pixel of each of Cycles' renders; ours has as many as all of those together
+    samples: int = 24  # per pixel of each of Cycles' renders
     blind: bool = False  # whether it is rendered without next-event estimation, too
 
 

@@ -169,7 +169,7 @@ def object_info_of_instances(s: Stage) -> None:
     info = nodes.add("ObjectInfo")
     both = {"A_Color": positive(nodes, (info, "Location")), "B_Color": (info, "Random")}
     nodes.surface(nodes.add("Emission", {"Color": nodes.add("Mix", both, data_type="RGBA")}))
-    ball = s.ball(material, at=(0.0, 0.0, 0.5), scale=(0.4, 0.4, 0.4))
+    ball = s.ball(material, at=(0.0, 0.0, 0.5), scale=(0.7, 0.7, 0.7))
     s.scene.collection.objects.unlink(ball)
     collection.objects.link(ball)
     for x in (-1.5, 0.0, 1.5):
