@@ -5,6 +5,7 @@ three times as long. `ref(x)` keeps a named tuple in memory and passes its addre
 are named tuples by reference again. Arrays read that way are borrowed, not counted, so that threads do not contend for the counts.
 """
 
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.datamodel import models
@@ -58,10 +59,25 @@ def _field(context, builder, typ, value, attr):
     place = cgutils.gep_inbounds(builder, value, 0, index)
     if isinstance(field, types.BaseNamedTuple):
         return place
+    return _borrowed(context, builder, field, place) if isinstance(field, types.Array) else builder.load(place)
+
+
+def _borrowed(context, builder, field, place):
+    """The array at an address, read member by member as what never changes, or every store to any array would have it read again."""
+    array = context.make_array(field)(context, builder)
+    for index, name in enumerate(array._datamodel._fields):
+        if name not in ("meminfo", "parent"):
+            setattr(array, name, _constant_load(builder, cgutils.gep_inbounds(builder, place, 0, index)))
+    array.meminfo = cgutils.get_null_value(array.meminfo.type)
+    array.parent = cgutils.get_null_value(array.parent.type)
+    return array._getvalue()
+
+
+def _constant_load(builder, place):
+    kind = place.type.pointee
+    if isinstance(kind, ir.ArrayType):
+        parts = [_constant_load(builder, cgutils.gep_inbounds(builder, place, 0, k)) for k in range(kind.count)]
+        return cgutils.pack_array(builder, parts)
     loaded = builder.load(place)
-    if isinstance(field, types.Array):
-        array = context.make_array(field)(context, builder, loaded)
-        array.meminfo = cgutils.get_null_value(array.meminfo.type)
-        array.parent = cgutils.get_null_value(array.parent.type)
-        loaded = array._getvalue()
+    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
     return loaded

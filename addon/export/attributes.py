@@ -6,7 +6,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from .geometry import Mesh, Triangles, apply, arranged, corner_vertices, loop_triangles, read_array, triangle_faces, unit
+from .geometry import Mesh, Triangles, apply, arranged, corner_vertices, loop_triangles, read_array, triangle_faces
 from .tangents import tangents
 
 # How the values of each type of attribute that Cycles reads are called, and how many there are. Colours are linear that way.
@@ -71,7 +71,7 @@ def read(key: tuple[str, str], placed: Placed) -> np.ndarray | None:
 def _depends_on_place(key: tuple[str, str]) -> bool:
     """Whether instances of one mesh have different values."""
     kind, name = key
-    return kind in ("TANGENT", "RADIAL") or (kind == "OBJECT" and name != "")
+    return kind == "OBJECT" and name != ""
 
 
 def _uv(placed: Placed, name: str) -> np.ndarray | None:
@@ -103,12 +103,16 @@ def _object(placed: Placed, name: str) -> np.ndarray | None:
 def _radial(placed: Placed, name: str) -> np.ndarray:
     """Around an axis through the middle of the texture space, and around y the other way, as in Cycles."""
     axis = np.diag((1.0, -1.0, 1.0))["XYZ".index(name)]
-    around = np.cross(axis, _generated(placed, "").reshape(-1, 3) - np.float32(0.5))
-    return apply(np.linalg.pinv(placed.matrix[:3, :3]).T, around).reshape(-1, 3, 3)
+    return np.cross(axis, _generated(placed, "") - np.float32(0.5))
 
 
 def _object_normal(placed: Placed, name: str) -> np.ndarray:
     return placed.mesh.normals[placed.mesh.normal]
+
+
+def _parametric(placed: Placed, name: str) -> np.ndarray:
+    corners = np.diag(np.float32((1, 1, 0)))
+    return np.broadcast_to(corners, (len(placed.mesh.corners), 3, 3))
 
 
 def _attribute(placed: Placed, name: str) -> np.ndarray | None:
@@ -121,16 +125,12 @@ def _alpha(placed: Placed, name: str) -> np.ndarray | None:
 
 def _tangent(placed: Placed, name: str) -> np.ndarray | None:
     both = _tangents(placed, name)
-    return None if both is None else unit(apply(placed.matrix[:3, :3], both[0].reshape(-1, 3))).reshape(-1, 3, 3)
+    return None if both is None else both[0]
 
 
 def _tangent_sign(placed: Placed, name: str) -> np.ndarray | None:
-    """In a mirrored object cross products point the other way in the world than in its own space."""
     both = _tangents(placed, name)
-    if both is None:
-        return None
-    sign = -both[1] if placed.triangles.mirrored else both[1]
-    return np.broadcast_to(sign[:, None, None], (len(sign), 3, 3))
+    return None if both is None else np.broadcast_to(both[1][:, None, None], both[0].shape)
 
 
 _READERS: dict[str, Callable[[Placed, str], np.ndarray | None]] = {
@@ -138,6 +138,7 @@ _READERS: dict[str, Callable[[Placed, str], np.ndarray | None]] = {
     "GENERATED": _generated,
     "OBJECT": _object,
     "OBJECT_NORMAL": _object_normal,
+    "PARAMETRIC": _parametric,
     "RADIAL": _radial,
     "ATTRIBUTE": _attribute,
     "ATTRIBUTE_ALPHA": _alpha,

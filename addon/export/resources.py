@@ -8,19 +8,21 @@ from blender_rl_guiding.scene.data import TABLE_SIZE, Texture
 from blender_rl_guiding.scene.description import Shader
 
 # How many of an instruction's options, from the first, are numbers of corner attributes, where they are not below zero.
-_CORNER_OPTIONS = {"attribute": 1, "tangent": 1, "normal_map": 2}
+_CORNER_OPTIONS = {"attribute": 1, "tangent": 1, "tangent_space": 3}
 
 
 class Resources:
     """Grows while shaders are read; a thing's number is its place in the list.
 
     Corner attributes have keys (kind, name), three numbers at each corner of each triangle:
-    - UV, TANGENT, TANGENT_SIGN: u v 0, the world-space tangent of MikkTSpace, its sign thrice, of a UV map; "" is the one for rendering
+    - UV, TANGENT, TANGENT_SIGN: u v 0, MikkTSpace's tangent in the space of the object, its sign thrice, of a UV map; "" is the one
+      for rendering
     - GENERATED: texture space coordinates; the name is empty
     - RADIAL: the direction around an axis ("X", "Y" or "Z") through the middle of the texture space: for Z it is (0.5 - y, x - 0.5, 0) of
-      GENERATED, for X (0, 0.5 - z, y - 0.5), for Y (0.5 - z, 0, x - 0.5); then taken to world space as normals are, its length untouched
+      GENERATED, for X (0, 0.5 - z, y - 0.5), for Y (0.5 - z, 0, x - 0.5)
     - OBJECT: coordinates in the space of the named object; "" is the object itself
     - OBJECT_NORMAL: the shading normal in the space of the object; the name is empty
+    - PARAMETRIC: barycentric coordinates of the mesh's first two corners, and 0; the name is empty
     - ATTRIBUTE, ATTRIBUTE_ALPHA: a named attribute, colours linear, one number thrice; and its alpha thrice, 1 where it has none; "" is the
       colour attribute for rendering
 
@@ -48,6 +50,10 @@ class Resources:
     def object_attribute(self, name: str) -> int:
         """The number of an object attribute."""
         return _number(self.object_attributes, name)
+
+    def normal_axes(self) -> tuple[int, ...]:
+        """The numbers of the axes that take normals and tangents to world space."""
+        return tuple(self.object_attribute(axis) for axis in ("x_axis", "y_axis", "z_axis"))
 
     def table(self, rows: np.ndarray) -> int:
         """The number of a table: (256, 4), over 0..1; equal tables are kept once."""

@@ -8,7 +8,7 @@ the other side of both.
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F, add, dot, scale
+from ..sampling import F, add, dot, luminance, scale
 from ..scene import description
 from . import closures, diffuse, glass, glossy, oren_nayar, principled, sheen, translucent
 from .inputs import columns, gather, kind
@@ -29,6 +29,7 @@ from .lobe import (
     TRANSLUCENT,
     WEIGHT,
     get,
+    put,
 )
 from .lobe import SINGULAR as IS_SINGULAR
 from .normals import bump_shadowing, leaks
@@ -46,6 +47,7 @@ __all__ = [
     "pick",
     "sample",
     "scatter",
+    "scatter_plain",
     "singular",
     "spreads",
     "transparency",
@@ -88,6 +90,16 @@ def scatter(shading, shader, point, registers, lobes):
             count = _add(which, registers, point, lobes, count)
     _normalize(lobes, count)
     return count, emitted, passing
+
+
+@part
+def scatter_plain(color, n, lobes):
+    """`scatter` for a constant Lambert: most surfaces, without the detours."""
+    lobes[0, KIND], lobes[0, PROBABILITY], lobes[0, IS_SINGULAR], lobes[0, BUMPED] = DIFFUSE, F(1), F(0), F(0)
+    put(lobes, 0, NORMAL, n)
+    put(lobes, 0, WEIGHT, color)
+    put(lobes, 0, ALBEDO, color)
+    return np.int64(luminance(color) > F(0))
 
 
 @part

@@ -17,7 +17,7 @@ from ..lights.lamps import HITTABLE, SHADOW, VISIBILITY
 from ..lights.lamps import hit as hit_lamp
 from ..lights.world import world_pdf, world_radiance
 from ..references import ref
-from ..sampling import F, add, dot, luminance, multiply, normalize, scale, store, stream, tangents, to_local, to_world, uniform2
+from ..sampling import F, add, dot, luminance, multiply, normalize, scale, store, stream, tangents, to_local, to_world, uniform2, vector
 from ..scene.camera import camera_ray
 from ..scene.description import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
 from ..scene.description import SHADOW as SHADOW_RAY
@@ -117,9 +117,12 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         if behind:
             ng, n = scale(ng, F(-1)), scale(n, F(-1))
         shader, object_ = np.int64(stage.surface.material[triangle]), stage.surface.object[triangle]
-        point = ref(make_point(x, n, ng, wo, triangle, object_, hit_u, hit_v, behind, kind, distance, scattered))
-        run(stage.shading, shader, point, registers)
-        lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
+        if stage.plain[shader]:
+            lobes_count, emitted, passing = bsdf.scatter_plain(vector(stage.albedo, shader), n, lobes), ZERO, ZERO
+        else:
+            point = ref(make_point(x, n, ng, wo, triangle, object_, hit_u, hit_v, behind, kind, distance, scattered))
+            run(stage.shading, shader, point, registers)
+            lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
         travelled += distance
 
         # --- emission, weighed against next-event estimation ---------------------------------------------------------------
@@ -175,7 +178,6 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
             beta = scale(beta, F(1) / survival)
 
         # --- next-event estimation -------------------------------------------------------------------------------------------
-        t, b = tangents(n)
         guided = F(0)
         cell = guide.UNKNOWN
         if directions.bsdf_fraction < F(1):
@@ -198,7 +200,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
                         arriving = scale(arriving, F(1) / pdf_light) if pdf_light > F(0) else arriving
                     else:
                         if guided > F(0):
-                            pdf_wi += mixed(directions, cell, to_local(t, b, n, wi), guided, pdf_guidable)
+                            pdf_wi += mixed(directions, cell, n, wi, guided, pdf_guidable)
                         arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
                     from_x = above if dot(ng, wi) > F(0) else off_surface(x, scale(ng, F(-1)), distance)
                     if shadow:
@@ -217,6 +219,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         pick_choice, w = uniform2(key, dimension + 4)
         lobe, rest = bsdf.pick(lobes, lobes_count, pick_choice)
         if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
+            t, b = tangents(n)
             ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
             label = np.int64(DIFFUSE)
         else:
@@ -229,7 +232,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         else:
             f, pdf, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, ray)
             if guided > F(0):
-                pdf += mixed(directions, cell, to_local(t, b, n, ray), guided, pdf_guidable)
+                pdf += mixed(directions, cell, n, ray, guided, pdf_guidable)
             if pdf <= F(0):
                 break
             factor = scale(f, F(1) / pdf)
@@ -291,9 +294,10 @@ def stands_alone(lights, emitter, pdf):
 
 
 @part
-def mixed(directions, cell, wi, guided, pdf_guidable):
+def mixed(directions, cell, n, wi, guided, pdf_guidable):
     """What the pdf of the material's own sampling changes by, where the guide takes over a part of its diffuse share."""
-    return guided * guide.table_pdf(directions, cell, wi) - (F(1) - directions.bsdf_fraction) * pdf_guidable
+    t, b = tangents(n)
+    return guided * guide.table_pdf(directions, cell, to_local(t, b, n, wi)) - (F(1) - directions.bsdf_fraction) * pdf_guidable
 
 
 @part

@@ -9,7 +9,7 @@ from ..guiding.base import Transitions, empty_transitions
 from ..lights.emitters import Lights, lights
 from ..scene.camera import Lens, lens
 from ..scene.data import SceneData
-from ..scene.description import CLOSURES
+from ..scene.description import CLOSURES, Node
 from ..scene.geometry import Geometry, Rays, Surface, rays
 from ..settings import Render
 from ..shading.operands import KINDS, REGISTERS, Shading
@@ -25,6 +25,8 @@ class Stage(NamedTuple):
     surface: Surface
     shading: Shading
     lights: Lights
+    plain: np.ndarray  # (S,) bool, whether a shader is nothing but a constant Lambert
+    albedo: np.ndarray  # (S, 3) float32, of plain shaders
     see_through: np.ndarray  # (S,) bool, whether a shader may let light pass straight
     any_see_through: bool
     width: int  # pixels
@@ -59,9 +61,23 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
     shading = compile_shaders(scene)
     geometry = Geometry(scene)
     see_through = np.array([_sees_through(shading, s) for s in range(len(scene.shaders))], bool)
+    plain, albedo = _plain(scene)
     found = lights(scene, shading, geometry.surface)
-    stage = Stage(lens(scene), geometry.surface, shading, found, see_through, bool(see_through.any()), scene.camera.width)
+    stage = Stage(lens(scene), geometry.surface, shading, found, plain, albedo, see_through, bool(see_through.any()), scene.camera.width)
     return stage, geometry
+
+
+def _plain(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
+    """Which shaders need no evaluation at all, and their albedos."""
+    plain, albedo = np.zeros(len(scene.shaders), bool), np.zeros((len(scene.shaders), 3), np.float32)
+    for k, shader in enumerate(scene.shaders):
+        if len(shader.closures) == 1 and shader.closures[0].kind == "diffuse":
+            closure = shader.closures[0]
+            inputs = CLOSURES["diffuse"] | closure.inputs
+            constant = not any(isinstance(value, Node) for value in (closure.weight, inputs["color"]))
+            plain[k] = constant and inputs["roughness"] == 0.0 and inputs["normal"] is None
+            albedo[k] = np.multiply(closure.weight, inputs["color"]).clip(0) if plain[k] else 0
+    return plain, albedo
 
 
 def _sees_through(shading: Shading, shader: int) -> bool:

@@ -170,24 +170,27 @@ def _find_bad_triangle(scene: SceneData) -> str:
 
 
 def _find_bad_description(scene: SceneData) -> str:
-    if not scene.name or scene.name != Path(scene.name).name:
+    if scene.name in ("", "..") or scene.name != Path(scene.name).name:
         return f"the name {scene.name!r} is not one that a folder can have"
     camera, film, window = scene.camera, scene.film, scene.camera.window
     if camera.kind not in _CAMERAS or film.filter not in _FILTERS:
         return f"the camera is {camera.kind!r} and the filter {film.filter!r}, but there are {_CAMERAS} and {_FILTERS}"
     if np.shape(camera.to_world) != (4, 4) or not np.isfinite([*np.ravel(camera.to_world), *window]).all():
         return f"the camera has to_world {camera.to_world} and window {window}"
-    if not (
-        window[0] < window[1] and window[2] < window[3] and 0 <= camera.near < camera.far and camera.focus > 0 and camera.aperture >= 0
-    ):
+    if not (window[0] < window[1] and window[2] < window[3] and 0 <= camera.near < camera.far):
         return f"the camera cannot see: {camera}"
+    if not (camera.focus > 0 and 0 <= camera.aperture < np.inf and 0 < camera.aperture_ratio < np.inf):
+        return f"the camera has no such lens: {camera}"
+    if not (0 < film.filter_width < np.inf and 0 <= film.exposure < np.inf):
+        return f"the film cannot be exposed: {film}"
     if not (0 < camera.width <= 65536 and 0 < camera.height <= 65536):
         return f"resolution {camera.width} x {camera.height} is out of range"
     if negative := [name for name, value in asdict(scene.bounces).items() if value < 0]:
         return f"bounces: {negative[0]} is negative"
     for lamp in scene.lamps:
         numbers = (*np.ravel(lamp.to_world), *lamp.emission, lamp.radius, lamp.cone, lamp.blend, lamp.width, lamp.height, lamp.spread)
-        if lamp.kind not in _LAMPS or np.shape(lamp.to_world) != (4, 4) or not np.isfinite(numbers).all():
+        impossible = not np.isfinite(numbers).all() or min(*lamp.emission, lamp.radius, lamp.width, lamp.height) < 0
+        if lamp.kind not in _LAMPS or np.shape(lamp.to_world) != (4, 4) or impossible:
             return f"lamp {lamp.name!r} is not one: {lamp}"
     return ""
 

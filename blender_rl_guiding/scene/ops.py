@@ -64,21 +64,21 @@ def _op(inputs: str = "", modes: type[IntEnum] | None = None, options: str = "",
     return Op(tuple(inputs.split()), modes, tuple(options.split()), pure)
 
 
-# Options: `texture`, `table`, `attribute` (tangent, sign) and `object_attribute` (x_axis, y_axis, z_axis) are places in the scene's
-# arrays of these names; the others are flags, 0 or 1, or one of the enumerations above.
+# Options: `texture`, `table`, `attribute` (tangent, sign, normal) and `object_attribute` (x_axis, y_axis, z_axis) are places in the
+# scene's arrays of these names; the others are flags, 0 or 1, or one of the enumerations above.
 OPS: dict[str, Op] = {
     # --- the point; vectors are in world space. For the world, position is the direction of the ray, and normals are its opposite.
     "position": _op(pure=False),
     "normal": _op(pure=False),  # the shading normal, on the side that the ray comes from
     "true_normal": _op(pure=False),
     "incoming": _op(pure=False),  # towards where the ray comes from
-    "parametric": _op(pure=False),
     "backfacing": _op(pure=False),
     "light_path": _op(modes=Light, pure=False),
     "attribute": _op(options="attribute", pure=False),
     "object_attribute": _op(options="object_attribute", pure=False),
-    "tangent": _op(options="attribute", pure=False),  # the attribute, a direction in world space, made perpendicular to the normal
-    "transform": _op("vector", options="x_axis y_axis z_axis", pure=False),  # a direction, into axes that are object attributes
+    # From a direction in the space of the object, with the axes of the inverse transpose: into the world; and perpendicular to the normal.
+    "transform": _op("vector", options="x_axis y_axis z_axis", pure=False),
+    "tangent": _op(options="attribute x_axis y_axis z_axis", pure=False),
     # --- textures; uv has its origin at the bottom left
     "image": _op("vector", options="texture extension interpolation alpha"),
     "image_alpha": _op("vector", options="texture extension interpolation"),
@@ -109,9 +109,9 @@ OPS: dict[str, Op] = {
     "fresnel": _op("ior normal", pure=False),
     "layer_weight": _op("blend normal", Weight, pure=False),
     # --- normals
-    "normal_map": _op("color strength", options="tangent sign", pure=False),  # the tangent in world space, as mikktspace makes it
-    "normal_map_object": _op("color strength", options="x_axis y_axis z_axis", pure=False),  # axes of the inverse transpose
-    "normal_map_world": _op("color strength", pure=False),
+    # From a normal map's vector to a direction in the space of the object, where the attributes are; zero where it does not have them.
+    "tangent_space": _op("vector strength", options="tangent sign normal", pure=False),
+    "bend": _op("direction strength", pure=False),  # the shading normal, drawn towards a direction that is for the surface's front
     "bump": _op("height strength distance normal", options="invert", pure=False),
     # --- procedural textures
     "checker": _op("vector color1 color2", Result),

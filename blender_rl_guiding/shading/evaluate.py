@@ -11,11 +11,11 @@ from .operands import value
 # The ops of scene.ops in upper case, by families, and the compiler's own SHIFT: what follows is evaluated beside the point.
 Code = IntEnum(
     "Code",
-    "SHIFT POSITION NORMAL TRUE_NORMAL INCOMING PARAMETRIC BACKFACING LIGHT_PATH ATTRIBUTE OBJECT_ATTRIBUTE TANGENT TRANSFORM "
+    "SHIFT POSITION NORMAL TRUE_NORMAL INCOMING BACKFACING LIGHT_PATH ATTRIBUTE OBJECT_ATTRIBUTE TANGENT TRANSFORM "
     "IMAGE IMAGE_ALPHA ENVIRONMENT RAMP RAMP_ALPHA CURVES FLOAT_CURVE "
     "MATH VECTOR_MATH CLAMP MAP_RANGE STEPS MAPPING COMPONENT AVERAGE "
     "LUMINANCE MIX INVERT GAMMA BRIGHT_CONTRAST HSV SEPARATE COMBINE "
-    "FRESNEL LAYER_WEIGHT NORMAL_MAP NORMAL_MAP_OBJECT NORMAL_MAP_WORLD BUMP "
+    "FRESNEL LAYER_WEIGHT TANGENT_SPACE BEND BUMP "
     "CHECKER GRADIENT WHITE_NOISE NOISE",
     start=0,
 )
@@ -45,9 +45,7 @@ def _of_point(shading, point, op, mode, options):
     if op == Code.INCOMING:
         return point.wo
     if op == Code.TANGENT:
-        return geometry.tangent(shading, point, options[0])
-    if op == Code.PARAMETRIC:
-        return point.u, point.v, F(0)
+        return geometry.tangent(shading, point, options[0], options[1], options[2], options[3])
     return thrice(F(point.backfacing) if op == Code.BACKFACING else geometry.light_path(mode, point))
 
 
@@ -107,18 +105,15 @@ def _of_colors(op, mode, options, a, b, c, d, e):
 
 @part
 def _of_angles(shading, point, op, mode, options, a, b, c, d):
-    if op == Code.NORMAL_MAP:
-        return geometry.normal_map(shading, point, a, b[0], options[0], options[1])
+    if op == Code.TANGENT_SPACE:
+        return geometry.tangent_space(shading, point, a, b[0], options[0], options[1], options[2])
+    if op == Code.BEND:
+        return geometry.bend(point, a, b[0])
     if op == Code.BUMP:
         return geometry.bump(point, a, b[0], -c[0] if options[0] else c[0], d)
     if op == Code.FRESNEL:
         return thrice(geometry.fresnel(point, a[0], b))
-    if op == Code.LAYER_WEIGHT:
-        return thrice(geometry.layer_weight(mode, point, a[0], b))
-    direction = geometry.signed(a)
-    if op == Code.NORMAL_MAP_OBJECT:
-        direction = geometry.axes(shading, point, options[0], options[1], options[2], direction)
-    return geometry.lean(point, direction, b[0])
+    return thrice(geometry.layer_weight(mode, point, a[0], b))
 
 
 @part

@@ -44,9 +44,10 @@ def axes(shading, point, x, y, z, v):
 
 
 @part
-def tangent(shading, point, k):
-    """The direction of attribute k, turned to be perpendicular to the shading normal."""
-    return cross(point.n, unit(cross(attribute(shading, point, k), point.n)))
+def tangent(shading, point, k, x, y, z):
+    """The direction of attribute k in axes that three object attributes give, turned to be perpendicular to the shading normal."""
+    direction = axes(shading, point, x, y, z, attribute(shading, point, k))
+    return cross(point.n, unit(cross(direction, point.n)))
 
 
 # --- the ray ---------------------------------------------------------------------------------------------------------
@@ -105,12 +106,6 @@ def layer_weight(mode, point, amount, n):
 
 
 @part
-def signed(c):
-    """From a colour 0..1 to a vector -1..1."""
-    return F(2) * c[0] - F(1), F(2) * c[1] - F(1), F(2) * c[2] - F(1)
-
-
-@part
 def usable(n, point):
     """n on the side that the surface is seen from; the shading normal where n is not a direction."""
     n = unit(n)
@@ -120,20 +115,18 @@ def usable(n, point):
 
 
 @part
-def normal_map(shading, point, color, strength, k, sign):
-    """A normal from a map in the tangent space of attribute k; `sign` is the attribute that says which way the bitangent points."""
-    x, y, z = signed(color)
-    t = attribute(shading, point, k)
-    handedness = attribute(shading, point, sign)[0]
-    if handedness == F(0):
-        return point.n
-    n = scale(point.n, F(-1)) if point.backfacing else point.n
-    bitangent = scale(cross(n, t), handedness)
-    return usable(combine(t, bitangent, n, (x * strength, y * strength, lerp(F(1), z, saturate(strength)))), point)
+def tangent_space(shading, point, v, strength, tangent_, sign, normal):
+    """v, its slopes times a strength, in the axes of three attributes: the tangent, the bitangent by its `sign`, and the normal.
+
+    As in Cycles the attributes are in the space of the object, and not made unit vectors again between the corners.
+    """
+    t, n = attribute(shading, point, tangent_), attribute(shading, point, normal)
+    bitangent = scale(cross(n, t), attribute(shading, point, sign)[0])
+    return combine(t, bitangent, n, (v[0] * strength, v[1] * strength, lerp(F(1), v[2], saturate(strength))))
 
 
 @part
-def lean(point, direction, strength):
+def bend(point, direction, strength):
     """The shading normal, drawn towards a direction by a share that may exceed 1."""
     n = usable(direction, point)
     return unit(add(point.n, scale(subtract(n, point.n), max(strength, F(0)))))

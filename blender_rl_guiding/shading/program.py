@@ -58,7 +58,7 @@ def _limits(scene: SceneData) -> dict[str, int]:
     """How many values each option has, counted from 0."""
     attributes, object_attributes = len(scene.attribute_rows), len(scene.object_attributes)
     return {
-        **dict.fromkeys(("attribute", "tangent", "sign"), attributes),
+        **dict.fromkeys(("attribute", "tangent", "sign", "normal"), attributes),
         **dict.fromkeys(("object_attribute", "x_axis", "y_axis", "z_axis"), object_attributes),
         "texture": len(scene.textures),
         "table": len(scene.tables),

@@ -138,9 +138,9 @@ def test_types_are_converted(paint: bpy.types.Material, tree: bpy.types.NodeTree
         ("ShaderNodeAttribute", "Alpha", {"attribute_name": "Rust"}, ("attribute", (0,)), [("ATTRIBUTE_ALPHA", "Rust")]),
         ("ShaderNodeAttribute", "Color", {}, 0.0, []),
         ("ShaderNodeVertexColor", "Color", {}, ("attribute", (0,)), [("ATTRIBUTE", "")]),
-        ("ShaderNodeTangent", 0, {"axis": "X"}, ("tangent", (0,)), [("RADIAL", "X")]),
-        ("ShaderNodeTangent", 0, {"direction_type": "UV_MAP"}, ("tangent", (0,)), [("TANGENT", "")]),
-        ("ShaderNodeNewGeometry", "Tangent", {}, ("tangent", (0,)), [("RADIAL", "Z")]),
+        ("ShaderNodeTangent", 0, {"axis": "X"}, ("tangent", (0, 0, 1, 2)), [("RADIAL", "X")]),
+        ("ShaderNodeTangent", 0, {"direction_type": "UV_MAP"}, ("tangent", (0, 0, 1, 2)), [("TANGENT", "")]),
+        ("ShaderNodeNewGeometry", "Tangent", {}, ("tangent", (0, 0, 1, 2)), [("RADIAL", "Z")]),
         ("ShaderNodeNewGeometry", "True Normal", {}, ("true_normal",), []),
         ("ShaderNodeNewGeometry", "Backfacing", {}, ("backfacing",), []),
         ("ShaderNodeLightPath", "Ray Length", {}, ("light_path", "RAY_LENGTH"), []),
@@ -209,17 +209,16 @@ def test_unsupported_nodes_are_listed_once(paint: bpy.types.Material, tree: bpy.
 
 # --- normals ---------------------------------------------------------------------------------------------------------
 
+SIGNED = ("vector_math", "MULTIPLY_ADD", (a, (2.0, 2.0, 2.0), (-1.0, -1.0, -1.0), 0.0))
+
 
 @pytest.mark.parametrize(
     ("space", "expected"),
     [
-        ("TANGENT", ("normal_map", (0, 1), (a, 0.5))),
-        ("OBJECT", ("normal_map_object", (0, 1, 2), (a, 0.5))),
-        ("WORLD", ("normal_map_world", (a, 0.5))),
-        (
-            "BLENDER_WORLD",
-            ("normal_map_world", (("vector_math", "MULTIPLY_ADD", (a, (1.0, -1.0, -1.0), (0.0, 1.0, 1.0), 0.0)), 0.5)),
-        ),
+        ("TANGENT", ("bend", (("transform", (0, 1, 2), (("tangent_space", (0, 1, 2), (SIGNED, 0.5)),)), 1.0))),
+        ("OBJECT", ("bend", (("transform", (0, 1, 2), (SIGNED,)), 0.5))),
+        ("WORLD", ("bend", (SIGNED, 0.5))),
+        ("BLENDER_WORLD", ("bend", (("vector_math", "MULTIPLY_ADD", (a, (2.0, -2.0, -2.0), (-1.0, 1.0, 1.0), 0.0)), 0.5))),
     ],
 )
 def test_normal_maps(paint: bpy.types.Material, tree: bpy.types.NodeTree, space: str, expected: tuple):
@@ -227,8 +226,9 @@ def test_normal_maps(paint: bpy.types.Material, tree: bpy.types.NodeTree, space:
     new.space, new.uv_map = space, "Second"
     resources = Resources()
     assert color(paint, resources) == expected
-    assert resources.corner_attributes == ([("TANGENT", "Second"), ("TANGENT_SIGN", "Second")] if space == "TANGENT" else [])
-    assert resources.object_attributes == (["x_axis", "y_axis", "z_axis"] if space == "OBJECT" else [])
+    kinds = [("TANGENT", "Second"), ("TANGENT_SIGN", "Second"), ("OBJECT_NORMAL", "")]
+    assert resources.corner_attributes == (kinds if space == "TANGENT" else [])
+    assert resources.object_attributes == ([] if space.endswith("WORLD") else ["x_axis", "y_axis", "z_axis"])
 
 
 def test_bump(paint: bpy.types.Material, tree: bpy.types.NodeTree):
@@ -236,9 +236,9 @@ def test_bump(paint: bpy.types.Material, tree: bpy.types.NodeTree):
     assert color(paint) == ("normal",)  # without a height
     bump.invert = True
     node(tree, "ShaderNodeTexGradient", into=bump.inputs["Height"])
-    node(tree, "ShaderNodeNormalMap", into=bump.inputs["Normal"]).space = "WORLD"
+    node(tree, "ShaderNodeNormalMap", into=bump.inputs["Normal"], Color=A).space = "WORLD"
     height = ("gradient", "LINEAR", (("attribute", (0,)),))
-    assert color(paint) == ("bump", (1,), (("luminance", (height,)), 0.5, 2.0, ("normal_map_world", ((0.5, 0.5, 1.0), 1.0))))
+    assert color(paint) == ("bump", (1,), (("luminance", (height,)), 0.5, 2.0, ("bend", (SIGNED, 1.0))))
 
 
 def test_the_normal_node(paint: bpy.types.Material, tree: bpy.types.NodeTree):

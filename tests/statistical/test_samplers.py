@@ -1,22 +1,16 @@
-"""Every sampler against its own density, by chi-squared and by quadrature."""
+"""Warps, patches and the guide's table: every sampler against its own density, by chi-squared and by quadrature."""
 
 import numpy as np
 import pytest
 
 from blender_rl_guiding import sampling
-from blender_rl_guiding.bsdf import diffuse
 from blender_rl_guiding.guiding import directions as guide
 from blender_rl_guiding.guiding.patches import mean_cosines, patch_of, sample_patch
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.render.paths import workspace
-from blender_rl_guiding.scene.camera import camera_rays, pinhole
-from blender_rl_guiding.scene.lights import lights, sample_light
-from tests import scenes
 from tests.significance import assert_distributed, assert_uniform, hemisphere_counts, hemisphere_masses
 
 N = 400_000
 ROWS, COLUMNS = 4, 6
-UP = (sampling.F(0), sampling.F(0), sampling.F(1))
 
 
 def numbers(count: int = N, dimensions: int = 2, seed: int = 1) -> np.ndarray:
@@ -34,50 +28,27 @@ def draw_cosine(u, out):
 
 
 @kernel
-def draw_diffuse(u, out):
+def draw_triangle(u, out):
     for i in range(len(u)):
-        sampling.store(out, i, diffuse.sample(UP, u[i, 0], u[i, 1]))
+        out[i, 0], out[i, 1] = sampling.uniform_triangle(u[i, 0], u[i, 1])
 
 
-@kernel
-def diffuse_pdf(directions, out):
-    for i in range(len(directions)):
-        out[i] = diffuse.pdf(UP, sampling.vector(directions, i))
-
-
-@pytest.mark.parametrize("draw", [draw_cosine, draw_diffuse])
-def test_cosine_samples_follow_their_pdf(draw):
+def test_cosine_samples_follow_the_cosine():
     directions = np.empty((N, 3), np.float32)
-    draw(numbers(), directions)
+    draw_cosine(numbers(), directions)
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1, atol=1e-6)
-
-    def pdf(wi: np.ndarray) -> np.ndarray:
-        out = np.empty(len(wi), np.float32)
-        diffuse_pdf(wi, out)
-        return out
-
-    masses = hemisphere_masses(pdf, 16, 16)
+    masses = hemisphere_masses(lambda wi: wi[:, 2] / np.pi, 16, 16)
     assert masses.sum() == pytest.approx(1, abs=1e-6)
     assert_distributed(hemisphere_counts(directions, 16, 16), N * masses)
 
 
-def test_nothing_is_reflected_from_below():
-    below = (sampling.F(0.6), sampling.F(0), sampling.F(-0.8))
-    assert diffuse.pdf(UP, below) == 0
-    assert diffuse.evaluate(UP, UP, below) == (0, 0, 0)
-
-
 def test_triangle_points_are_uniform_over_its_area():
-    points = np.array([sampling.uniform_triangle(u, v) for u, v in numbers(100_000)])
+    points = np.empty((N, 2), np.float32)
+    draw_triangle(numbers(), points)
     assert points.min() >= 0
     assert points.sum(axis=1).max() <= 1
-    assert_uniform(unfold(points), 12)
-
-
-def unfold(barycentric: np.ndarray) -> np.ndarray:
-    """Points uniform in a triangle become uniform in the unit square: the squared distance from corner 0, and the way across."""
-    s = barycentric.sum(axis=1)
-    return np.stack([s * s, barycentric[:, 0] / s], axis=1).clip(0, 1)
+    s = points.sum(axis=1)
+    assert_uniform(np.stack([s * s, points[:, 0] / s], axis=1).clip(0, 1), 12)  # the squared distance from corner 0, and the way across
 
 
 # --- patches ---------------------------------------------------------------------------------------------------------
@@ -128,43 +99,43 @@ def test_mean_cosine_of_each_patch():
     np.testing.assert_allclose(mean_cosines(ROWS, COLUMNS).reshape(ROWS, COLUMNS), mean, rtol=1e-6)
 
 
-# --- guide -----------------------------------------------------------------------------------------------------------
+# --- the guide's table ---------------------------------------------------------------------------------------------------
 
 
 @kernel
-def draw_guide(directions, row, u, out):
+def draw_table(directions, row, u, out):
     for i in range(len(u)):
-        sampling.store(out, i, guide.sample(directions, row, UP, u[i, 0], u[i, 1], u[i, 2], u[i, 3]))
+        sampling.store(out, i, guide.sample_table(directions, row, u[i, 0], u[i, 1], u[i, 2]))
 
 
 @kernel
-def guide_pdf(directions, row, wi, out):
+def table_pdf(directions, row, wi, out):
     for i in range(len(wi)):
-        out[i] = guide.pdf(directions, row, UP, sampling.vector(wi, i))
+        out[i] = guide.table_pdf(directions, row, sampling.vector(wi, i))
 
 
-def made_up(bsdf_fraction: float) -> guide.Directions:
+def pdf_of(directions: guide.Directions, row: int, wi: np.ndarray) -> np.ndarray:
+    out = np.empty(len(wi), np.float32)
+    table_pdf(directions, row, wi, out)
+    return out
+
+
+def made_up() -> guide.Directions:
     """Cell 0: anything; 1: half of the patches never; 2: all in one patch; 3: all alike."""
     weights = np.random.default_rng(5).exponential(size=(4, ROWS * COLUMNS))
     weights[1, ::2] = 0
     weights[2] = np.arange(ROWS * COLUMNS) == 9
     weights[3] = 1
     cdf = weights.cumsum(axis=1)
-    return guide.one_cell(bsdf_fraction)._replace(patch_rows=ROWS, patch_columns=COLUMNS, cdf=(cdf / cdf[:, -1:]).astype(np.float32))
+    return guide.one_cell(0.0)._replace(patch_rows=ROWS, patch_columns=COLUMNS, cdf=(cdf / cdf[:, -1:]).astype(np.float32))
 
 
-@pytest.mark.parametrize("bsdf_fraction", [0.0, 0.3, 1.0])
-@pytest.mark.parametrize("row", [0, 1, 2, 3, guide.UNKNOWN])
-def test_guided_samples_follow_the_full_mixture(row, bsdf_fraction):
-    mixture, drawn = made_up(bsdf_fraction), np.empty((N, 3), np.float32)
-    draw_guide(mixture, row, numbers(dimensions=4), drawn)
-
-    def pdf(wi: np.ndarray) -> np.ndarray:
-        out = np.empty(len(wi), np.float32)
-        guide_pdf(mixture, row, wi, out)
-        return out
-
-    masses = hemisphere_masses(pdf, 3 * ROWS, 3 * COLUMNS)
+@pytest.mark.parametrize("row", range(4))
+def test_guided_samples_follow_the_table(row):
+    table, drawn = made_up(), np.empty((N, 3), np.float32)
+    draw_table(table, row, numbers(dimensions=3), drawn)
+    np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-6)
+    masses = hemisphere_masses(lambda wi: pdf_of(table, row, wi), 3 * ROWS, 3 * COLUMNS)
     assert masses.sum() == pytest.approx(1, abs=1e-5)
     # Rounding puts a few samples of a patch's very edge on its other side, where a neighbour may be impossible.
     counts = hemisphere_counts(drawn, 3 * ROWS, 3 * COLUMNS)
@@ -172,76 +143,11 @@ def test_guided_samples_follow_the_full_mixture(row, bsdf_fraction):
     assert_distributed(np.where(masses > 0, counts, 0), N * masses)
 
 
-def test_one_cell_guides_have_their_closed_forms():
-    wi = (sampling.F(0.6), sampling.F(0), sampling.F(0.8))
-    assert guide.pdf(guide.one_cell(0.0), 0, UP, wi) == pytest.approx(1 / (2 * np.pi))
-    assert guide.pdf(guide.one_cell(1.0), 0, UP, wi) == pytest.approx(0.8 / np.pi)
+def test_nothing_is_guided_below_the_horizon():
+    wi = np.array([(0.6, 0, -0.8), (1, 0, 0), (0, 0, -1)], np.float32)
+    assert not pdf_of(made_up(), 0, wi).any()
 
 
-# --- lights ----------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def draw_lights(table, u, points, chosen):
-    for i in range(len(u)):
-        point, light = sample_light(table, u[i, 0], u[i, 1], u[i, 2])
-        sampling.store(points, i, point)
-        chosen[i] = light
-
-
-def test_lights_are_uniform_by_area_and_weighted_by_luminance():
-    b = scenes.Builder()
-    b.quad((0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), scenes.material("bright", emission=(4.0, 2.0, 1.0)))
-    b.quad((0, 0, 1), (1, 0, 1), (1, 1, 2), (0, 1, 2), scenes.material("dark"))
-    b.quad((5, 0, 0), (5, 1, 0), (5, 1, 5), (5, 0, 5), scenes.material("blue", emission=(0.0, 0.0, 3.0)))
-    scene = b.scene(scenes.look((9, 9, 9), (0, 0, 0), 40, 4, 4))
-    table = lights(scene)
-    corners = scene.vertices[scene.triangles[table.triangle]].astype(float)
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    pdf_area = table.pdf_area[scene.material[table.triangle]]
-    assert (area * pdf_area).sum() == pytest.approx(1, abs=1e-6)
-    assert table.pdf_area[1] == 0
-    assert table.pdf_area[0] / table.pdf_area[2] == pytest.approx((4 * 0.2126 + 2 * 0.7152 + 0.0722) / (3 * 0.0722), rel=1e-5)
-    points, chosen = np.empty((N, 3), np.float32), np.empty(N, np.int64)
-    draw_lights(table, numbers(dimensions=3), points, chosen)
-    assert_distributed(np.bincount(chosen, minlength=len(area)), N * area * pdf_area)
-    for light, (a, b_, c) in enumerate(corners):
-        edges = np.stack([b_ - a, c - a], axis=1)
-        barycentric, residual, *_ = np.linalg.lstsq(edges, (points[chosen == light] - a).T)
-        assert residual.max() < 1e-10
-        assert_uniform(unfold(barycentric.T), 8)
-
-
-# --- camera ----------------------------------------------------------------------------------------------------------
-
-
-def project(camera: scenes.Camera, points: np.ndarray) -> np.ndarray:
-    """Where world-space points appear, in pixels from the top left corner: the camera's definition, written the other way round."""
-    local = (np.c_[points, np.ones(len(points))] @ np.linalg.inv(np.array(camera.to_world)).T)[:, :3]
-    x, y = local[:, 0] / -local[:, 2] / camera.tan_x, local[:, 1] / -local[:, 2] / camera.tan_y
-    return np.stack([(x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height], axis=1)
-
-
-def test_camera_rays_are_uniform_in_their_pixels():
-    camera = scenes.look((1, -2, 0.5), (0.2, 0, 0.8), 50, 8, 5)
-    scene, count, first = scenes.lit_quad(camera), 40 * 4000, 40 * 3
-    paths = workspace(count, learning=False).paths[0]
-    camera_rays(pinhole(scene), 7, 40, first, 10, count, paths)
-    np.testing.assert_array_equal(paths.path, first + np.arange(count))
-    np.testing.assert_array_equal(paths.throughput, 1)
-    np.testing.assert_allclose(np.linalg.norm(paths.direction, axis=1), 1, atol=1e-6)
-    np.testing.assert_allclose(paths.origin, np.broadcast_to(np.array(camera.to_world)[:3, 3], (count, 3)), atol=1e-6)
-    at = project(camera, paths.origin + paths.direction.astype(float))
-    pixel = paths.path % 40
-    inside = at - np.stack([pixel % 8, pixel // 8], axis=1)
-    assert inside.min() > -1e-4
-    assert inside.max() < 1 + 1e-4
-    for chosen in range(40):
-        assert_uniform(inside[pixel == chosen].clip(0, 1), 8)
-
-
-def test_camera_rays_have_the_key_of_their_pixel_and_sample():
-    paths = workspace(100, learning=False).paths[0]
-    camera_rays(pinhole(scenes.lit_quad(scenes.look((0, -2, 0), (0, 0, 0), 50, 5, 4))), 7, 20, 60, 10, 100, paths)
-    expected = [sampling.stream(7, path % 20, 10 + path // 20) for path in range(60, 160)]
-    np.testing.assert_array_equal(paths.key, np.array(expected, np.uint64))
+def test_one_cell_is_the_hemisphere():
+    wi = np.array([(0.6, 0, 0.8), (0, -0.8, 0.6)], np.float32)
+    np.testing.assert_allclose(pdf_of(guide.one_cell(0.0), 0, wi), 1 / (2 * np.pi), rtol=1e-6)

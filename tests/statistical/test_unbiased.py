@@ -97,6 +97,6 @@ def test_a_terrible_table_costs_no_bias(bsdf_fraction, nee, truth):
     scene, films = scenes.tiny(SIZE), []
     for seed in SEEDS:
         tracer, film = PassTracer(scene, Render(nee=nee, seed=seed), MACHINE, learning=True), Film(SIZE, SIZE)
-        film.add(tracer.trace(terrible(bsdf_fraction), 0, 8 * SPP, wanted=0)[0])
+        tracer.trace(terrible(bsdf_fraction), film, np.arange(SIZE * SIZE), 0, 8 * SPP, wanted=0)
         films.append(film)
     assert_unbiased(films, truth)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.guiding.cells import CellTable
-from blender_rl_guiding.guiding.directions import UNKNOWN, find_cell, one_cell
+from blender_rl_guiding.guiding.directions import UNKNOWN, Cells, find_cell, one_cell
+from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.sampling import vector
 
 UP = np.array([0, 0, 1], np.float32)
 
@@ -18,15 +20,25 @@ def insert(cells: CellTable, *states: tuple) -> None:
     cells.insert(positions, normals)
 
 
-def row(cells: CellTable, position, normal=UP) -> int:
-    return int(find_cell(cells.cells, tuple(np.float32(position)), tuple(np.float32(normal))))
+@kernel
+def find_cells(cells, positions, normals, found):
+    for i in range(len(positions)):
+        found[i] = find_cell(cells, vector(positions, i), vector(normals, i))
+
+
+def rows(cells: Cells, positions, normals=UP) -> list[int]:
+    """The table's row for each of (n, 3) positions."""
+    positions = np.array(positions, np.float32)
+    normals, found = np.array(np.broadcast_to(normals, positions.shape), np.float32), np.empty(len(positions), np.int64)
+    find_cells(cells, positions, normals, found)
+    return found.tolist()
 
 
 def test_states_of_one_cell_share_a_row_and_leave_their_mean():
     cells = table()
     insert(cells, ((0.1, 0.2, 0.3), UP), ((0.3, 0.4, -0.3), (0.1, 0, 0.995)), ((0.9, 0, 0), UP), ((0.1, 0.2, 0.3), -UP))
     assert cells.count == 3
-    assert [row(cells, p, n) for p, n in [((0.4, 0.4, 0.4), UP), ((1.0, 0, 0), UP), ((0, 0, 0), -UP)]] == [0, 1, 2]
+    assert rows(cells.cells, [(0.4, 0.4, 0.4), (1.0, 0, 0), (0, 0, 0)], [UP, UP, -UP]) == [0, 1, 2]
     positions, normals = cells.states()
     np.testing.assert_allclose(positions, [(0.2, 0.3, 0), (0.9, 0, 0), (0.1, 0.2, 0.3)], atol=1e-6)
     np.testing.assert_allclose(normals, [np.array([0.05, 0, 0.9975]) / np.hypot(0.05, 0.9975), UP, -UP], atol=1e-6)
@@ -35,9 +47,9 @@ def test_states_of_one_cell_share_a_row_and_leave_their_mean():
 
 def test_what_was_never_seen_is_unknown():
     cells = table()
-    assert row(cells, (0, 0, 0)) == UNKNOWN
+    assert rows(cells.cells, [(0, 0, 0)]) == [UNKNOWN]
     insert(cells, ((0, 0, 0), UP))
-    assert row(cells, (2, 0, 0)) == row(cells, (0, 0, 0), (1, 0, 0)) == row(cells, (0, 0, -1)) == UNKNOWN
+    assert rows(cells.cells, [(2, 0, 0), (0, 0, 0), (0, 0, -1)], [UP, (1, 0, 0), UP]) == [UNKNOWN] * 3
 
 
 def test_walls_on_the_bounds_and_axis_aligned_normals_lie_inside_cells():
@@ -58,7 +70,7 @@ def test_negative_coordinates_and_neighbours_are_told_apart():
     cells, grid = table(), [(x, y, z) for x in range(-3, 3) for y in range(-3, 3) for z in range(-3, 3)]
     insert(cells, *((p, UP) for p in grid))
     assert cells.count == len(grid)
-    assert [row(cells, p) for p in grid] == list(range(len(grid)))
+    assert rows(cells.cells, grid) == list(range(len(grid)))
 
 
 def test_a_growing_table_keeps_every_row():
@@ -70,7 +82,7 @@ def test_a_growing_table_keeps_every_row():
         cells.insert(grid[part], normals[part])
     assert cells.count == 8000
     assert len(cells.cells.keys) == 16384
-    assert [row(cells, p) for p in grid[order]] == list(range(8000))
+    assert rows(cells.cells, grid[order]) == list(range(8000))
     np.testing.assert_allclose(cells.states()[0], grid[order])
     cells.insert(grid, normals)
     assert cells.count == 8000
@@ -88,4 +100,4 @@ def test_order_of_rows_is_the_order_of_arrival_however_it_is_cut():
 
 @pytest.mark.parametrize("bsdf_fraction", [0.0, 1.0])
 def test_one_cell_holds_everything(bsdf_fraction):
-    assert find_cell(one_cell(bsdf_fraction).cells, tuple(np.float32((-5, 7, 1e9))), tuple(UP)) == 0
+    assert rows(one_cell(bsdf_fraction).cells, [(-5, 7, 1e9)]) == [0]

@@ -7,8 +7,10 @@ import torch
 from blender_rl_guiding.guiding.base import Transitions
 from blender_rl_guiding.guiding.dqn import MEAN_REWARD, DQNGuide, patches_of
 from blender_rl_guiding.guiding.patches import mean_cosines
+from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
-from blender_rl_guiding.sampling import F, tangents, to_local
+from blender_rl_guiding.sampling import store, tangents, to_local, vector
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import DQN, Frequency, Machine, NoEncoding, Render
 from tests import scenes
@@ -92,12 +94,22 @@ def test_a_training_step_moves_the_target_by_tau():
         np.testing.assert_allclose(now.detach(), (0.75 * old + 0.25 * online).detach(), atol=1e-6)
 
 
+@kernel
+def turn_local(normals, directions, local):
+    for i in range(len(normals)):
+        t, b = tangents(vector(normals, i))
+        store(local, i, to_local(t, b, vector(normals, i), vector(directions, i)))
+
+
 def test_patches_of_directions():
     normals = np.array([UP, (0, 1, 0), (0.6, 0, -0.8), (0.6, 0, 0.8)], np.float32)
     directions = np.array([(0.1, 0.2, 0.97), (0.7, 0.5, 0.5), (0.1, -0.2, -0.97), (-0.8, 0, 0.6)], np.float32)
-    for n, w, found in zip(normals, directions, patches_of(ROWS, COLUMNS, normals, directions), strict=True):
-        x, y, z = to_local(*tangents(tuple(map(F, n))), tuple(map(F, n)), tuple(map(F, w)))
-        assert found == min(int(max(z, 0) * ROWS), ROWS - 1) * COLUMNS + int(np.arctan2(y, x) % (2 * np.pi) / (2 * np.pi) * COLUMNS)
+    local, found = np.empty_like(directions), np.empty(len(normals), np.int64)
+    turn_local(normals, directions, local)
+    patches_of(ROWS, COLUMNS, normals, directions, found)
+    row = (local[:, 2].clip(0) * ROWS).astype(int).clip(max=ROWS - 1)
+    column = (np.arctan2(local[:, 1], local[:, 0]) % (2 * np.pi) / (2 * np.pi) * COLUMNS).astype(int)
+    np.testing.assert_array_equal(found, row * COLUMNS + column)
 
 
 # --- when it learns ----------------------------------------------------------------------------------------------------
@@ -134,8 +146,9 @@ def test_table_is_q_or_q_times_cosine(weights):
 def learned(scene: SceneData, render: Render, passes: int) -> tuple[DQNGuide, np.ndarray]:
     """A guide after so many passes of one sample, and its Q in the scene's units for every cell, (C, N)."""
     guide, tracer = DQNGuide(render.guide, scene, seed=3), PassTracer(scene, render, Machine(batch=4096), learning=True)  # type: ignore[arg-type]
+    film, pixels = Film(scene.camera.width, scene.camera.height), np.arange(scene.camera.width * scene.camera.height)
     for sample in range(passes):
-        guide.learn(tracer.trace(guide.directions(), sample, 1, guide.wanted())[1])
+        guide.learn(tracer.trace(guide.directions(), film, pixels, sample, 1, guide.wanted()))
     with torch.no_grad():
         return guide, guide._online(*guide._state(*guide._cells.states())).numpy() / guide._scale
 

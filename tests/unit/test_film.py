@@ -1,54 +1,99 @@
-"""The film's sums, variances and refusals, and that an interrupt never leaves half a sample on it."""
-
-import signal
+"""The film's sums, variances, noise, passes and alpha against numpy's, over pixels that have different numbers of samples."""
 
 import numpy as np
 import pytest
 
-from blender_rl_guiding.render.film import Film
+from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.render.film import PASSES, Film
+from blender_rl_guiding.render.path_tracer import ALPHA, DIRECT, EMISSION, add_sample
+from blender_rl_guiding.sampling import vector
+
+COUNTS = np.array([5, 2, 1, 0, 5, 3])  # samples of each pixel
 
 
-def test_mean_and_variance_are_numpys():
-    samples = np.random.default_rng(1).random((5, 2, 3, 3), np.float32)  # sample, row, column, channel
-    film = Film(width=3, height=2)
-    film.add(samples[:2].reshape(-1, 3))
-    film.add(samples[2:].reshape(-1, 3))
+@kernel
+def add_samples(sums, pixels, radiance, finite):
+    for i in range(len(pixels)):
+        finite[i] = add_sample(sums, pixels[i], vector(radiance, i))
+
+
+def add(film: Film, pixels, radiance) -> np.ndarray:
+    """Add samples (n, 3) to pixels (n,); whether each is finite."""
+    finite = np.empty(len(pixels), bool)
+    add_samples(film.sums, np.array(pixels, np.int64), np.array(radiance, np.float32), finite)
+    return finite
+
+
+def samples_of(counts: np.ndarray) -> list[np.ndarray]:
+    """Samples (count, 3) for each pixel."""
+    rng = np.random.default_rng(1)
+    return [rng.random((count, 3), np.float32) for count in counts]
+
+
+def exposed(samples: list[np.ndarray], exposure: float = 1.0, passes: bool = False) -> Film:
+    """A film of 3 x 2 pixels with these samples."""
+    film = Film(width=3, height=2, exposure=exposure, passes=passes)
+    for pixel, values in enumerate(samples):
+        assert add(film, [pixel] * len(values), values).all()
+    return film
+
+
+@pytest.mark.parametrize("exposure", [1.0, 2.5])
+def test_mean_and_variance_are_numpys(exposure):
+    samples = samples_of(COUNTS)
+    film = exposed(samples, exposure)
     assert film.samples == 5
+    np.testing.assert_array_equal(film.counts, COUNTS.reshape(2, 3))
     assert film.mean().dtype == np.float32
-    np.testing.assert_allclose(film.mean(), samples.mean(axis=0), rtol=1e-6)
-    np.testing.assert_allclose(film.variance_of_mean(), samples.var(axis=0, ddof=1, dtype=float) / 5, rtol=1e-6)
+    mean = [s.mean(axis=0) if len(s) else np.zeros(3) for s in samples]
+    np.testing.assert_allclose(film.mean(), exposure * np.reshape(mean, (2, 3, 3)), rtol=1e-6)
+    variance = [s.var(axis=0, ddof=1, dtype=float) / len(s) if len(s) > 1 else np.zeros(3) for s in samples]
+    np.testing.assert_allclose(film.variance_of_mean(), exposure**2 * np.reshape(variance, (2, 3, 3)), rtol=1e-6, atol=1e-15)
 
 
 def test_sums_do_not_lose_small_samples():
     film = Film(1, 1)
-    film.add(np.full((1, 3), 1e8, np.float32))
-    film.add(np.full((1000, 3), 1, np.float32))
+    add(film, [0] * 1001, np.concatenate([np.full((1, 3), 1e8), np.ones((1000, 3))]))
     assert film.mean()[0, 0, 0] == pytest.approx((1e8 + 1000) / 1001, rel=1e-7)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_what_is_not_finite_is_refused_by_pixel(value):
-    radiance = np.zeros((2 * 6, 3), np.float32)
-    radiance[6 + 4, 1] = value
-    with pytest.raises(FloatingPointError, match=r"pixel \(1, 1\) received radiance \[ *0\. +(nan|-?inf) +0\. *\]"):
-        Film(width=3, height=2).add(radiance)
+def test_what_is_not_finite_is_told(value):
+    radiance = np.ones((3, 3))
+    radiance[1, 2] = value
+    assert add(Film(3, 1), [0, 1, 2], radiance).tolist() == [True, False, True]
 
 
-def test_an_interrupt_leaves_whole_samples():
-    ones = np.ones((1000 * 1000, 3), np.float32)
-    for after in np.linspace(0.01, 0.04, 12):
-        film = Film(1000, 1000)
-        with pytest.raises(KeyboardInterrupt):
-            interrupt(film, ones, after)
-        assert film.samples == 0 or (film.mean() == 1).all()
+def test_noise_is_the_standard_error_over_the_root_of_the_brightness():
+    samples = [s + 1 for s in samples_of(np.full(6, 50))]
+    noise = exposed(samples).noise()
+    error = [np.sqrt((s.var(axis=0, ddof=1) / len(s)).sum()) for s in samples]
+    np.testing.assert_allclose(noise.ravel(), error / np.sqrt([s.mean(axis=0).sum() for s in samples]), rtol=1e-3)
 
 
-def interrupt(film: Film, radiance: np.ndarray, after: float) -> None:
-    """Add samples until Ctrl-C comes, most likely in the midst of adding."""
-    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
-    signal.setitimer(signal.ITIMER_REAL, after)
-    try:
-        while True:
-            film.add(radiance)
-    finally:
-        signal.signal(signal.SIGALRM, before)
+def test_without_passes_there_are_no_layers():
+    assert exposed(samples_of(COUNTS)).layers() == {}
+
+
+@pytest.mark.parametrize("exposure", [1.0, 2.5])
+def test_layers_are_means_and_what_is_light_is_exposed(exposure):
+    film = exposed(samples_of(COUNTS), exposure, passes=True)
+    film.sums.passes[:] = np.random.default_rng(2).random(film.sums.passes.shape)
+    layers = film.layers()
+    assert list(layers) == [*PASSES, "Indirect", "Variance", "Sample Count"]
+    divisor = np.maximum(COUNTS, 1).reshape(2, 3, 1)
+    for name, (first, count) in PASSES.items():
+        expected = film.sums.passes[:, first : first + count].reshape(2, 3, count) / divisor
+        expected = expected * (exposure if first in (EMISSION, DIRECT) else 1)
+        np.testing.assert_allclose(layers[name].reshape(expected.shape), expected, rtol=1e-6, err_msg=name)
+        assert layers[name].dtype == np.float32
+    assert layers["Depth"].shape == layers["Sample Count"].shape == (2, 3)
+    np.testing.assert_allclose(layers["Emission"] + layers["Direct"] + layers["Indirect"], film.mean(), atol=1e-6)
+    np.testing.assert_array_equal(layers["Sample Count"], film.counts)
+    np.testing.assert_allclose(layers["Variance"], film.variance_of_mean(), rtol=1e-6)
+
+
+def test_alpha_is_the_share_that_did_not_see_the_world():
+    film = exposed(samples_of(COUNTS), passes=True)
+    film.sums.passes[:, ALPHA] = [0, 1, 1, 0, 2.5, 3]
+    np.testing.assert_allclose(film.alpha(), [[1, 0.5, 0], [1, 0.5, 0]])

@@ -13,7 +13,6 @@ _GEOMETRY = {
     "Normal": "normal",
     "True Normal": "true_normal",
     "Incoming": "incoming",
-    "Parametric": "parametric",
     "Backfacing": "backfacing",
 }
 
@@ -90,18 +89,26 @@ def _color_attribute(at: At, output: str) -> Value:
 
 def tangent(at: At, axis: str = "Z") -> Value:
     """The tangent that Cycles makes up where there is no other: around an axis of the object."""
-    return at.add("tangent", options=(at.network.resources.corner_attribute("RADIAL", axis),))
+    return _perpendicular(at, "RADIAL", axis)
+
+
+def _perpendicular(at: At, kind: str, name: str) -> Value:
+    """An attribute that is a direction in the space of the object, as a tangent."""
+    resources = at.network.resources
+    return at.add("tangent", options=(resources.corner_attribute(kind, name), *resources.normal_axes()))
 
 
 def _tangent(at: At, _output: str) -> Value:
     if at.node.direction_type == "RADIAL":
         return tangent(at, at.node.axis)
-    return at.add("tangent", options=(at.network.resources.corner_attribute("TANGENT", at.node.uv_map),))
+    return _perpendicular(at, "TANGENT", at.node.uv_map)
 
 
 def _geometry(at: At, output: str) -> Value | None:
     if output == "Tangent" and not at.network.world:
         return tangent(at)
+    if output == "Parametric":
+        return (1.0, 0.0, 0.0) if at.network.world else at.attribute("PARAMETRIC")
     return at.add(_GEOMETRY[output]) if output in _GEOMETRY else _unsupported(at, output)
 
 

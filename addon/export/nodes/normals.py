@@ -2,31 +2,31 @@
 
 from collections.abc import Callable
 
-from blender_rl_guiding.scene.description import Value
+import bpy
+
+from blender_rl_guiding.scene.description import Color, Value
 
 from ..network import At, unlinked
 
-_AXES = ("x_axis", "y_axis", "z_axis")
-
-
 def _normal_map(at: At, _output: str) -> Value:
-    node, resources = at.node, at.network.resources
-    color, strength = _right_handed(at, at.value("Color")), at.value("Strength")
+    node, resources, strength = at.node, at.network.resources, at.value("Strength")
+    x, y, z = _signs(node)
+    direction = at.add("vector_math", at.value("Color"), (2 * x, 2 * y, 2 * z), (-x, -y, -z), 0.0, mode="MULTIPLY_ADD")
     if node.space == "TANGENT":
-        options = (resources.corner_attribute("TANGENT", node.uv_map), resources.corner_attribute("TANGENT_SIGN", node.uv_map))
-        return at.add("normal_map", color, strength, options=options)
-    if node.space.endswith("WORLD"):
-        return at.add("normal_map_world", color, strength)
-    return at.add("normal_map_object", color, strength, options=tuple(resources.object_attribute(axis) for axis in _AXES))
+        kinds = (("TANGENT", node.uv_map), ("TANGENT_SIGN", node.uv_map), ("OBJECT_NORMAL", ""))
+        direction = at.add("tangent_space", direction, strength, options=tuple(resources.corner_attribute(*kind) for kind in kinds))
+        strength = 1.0  # it has had its effect, in the space where the slopes are
+    if not node.space.endswith("WORLD"):
+        direction = at.add("transform", direction, options=resources.normal_axes())
+    return at.add("bend", direction, strength)
 
 
-def _right_handed(at: At, color: Value) -> Value:
-    """The colour with those axes turned round that the map has the other way."""
-    if at.node.space.startswith("BLENDER_"):
-        return at.add("vector_math", color, (1.0, -1.0, -1.0), (0.0, 1.0, 1.0), 0.0, mode="MULTIPLY_ADD")
-    if getattr(at.node, "convention", "OPENGL") == "DIRECTX" and at.node.space == "TANGENT":
-        return at.add("vector_math", color, (1.0, -1.0, 1.0), (0.0, 1.0, 0.0), 0.0, mode="MULTIPLY_ADD")
-    return color
+def _signs(node: bpy.types.ShaderNodeNormalMap) -> Color:
+    """-1 for the axes that the map has the other way."""
+    if node.space.startswith("BLENDER_"):
+        return 1.0, -1.0, -1.0
+    mirrored = node.space == "TANGENT" and getattr(node, "convention", "OPENGL") == "DIRECTX"
+    return 1.0, -1.0 if mirrored else 1.0, 1.0
 
 
 def _bump(at: At, _output: str) -> Value:

@@ -77,6 +77,7 @@ def emission_not_sampled(s: Stage) -> None:
 @each({"front": "FRONT", "back": "BACK"}, samples=128)
 def emission_sampled_on_one_side(s: Stage, side: str) -> None:
     s.set()
+    s.sky((0.2, 0.2, 0.3))
     glow = s.glow((1.0, 0.8, 0.6), 2.0)
     glow.cycles.emission_sampling = side
     s.floor(glow, size=3.0, location=(0.3, -0.2, 1.0), rotation_euler=(0.0, 1.4, 0.0))
