@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _leave(reason: str) -> NoReturn:
-    """End now: a thread's last wavefront and torch's threads are not waited for; every file is whole already."""
+    """End now: torch's threads are not waited for; every file is whole already."""
     print(f"rlg: {reason}", file=sys.stderr, flush=True)
     os._exit(INTERRUPTED)
 

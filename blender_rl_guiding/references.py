@@ -5,6 +5,8 @@ three times as long. `ref(x)` keeps a named tuple in memory and passes its addre
 are named tuples by reference again. Arrays read that way are borrowed, not counted, so that threads do not contend for the counts.
 """
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -28,7 +30,7 @@ class _RefModel(models.PrimitiveModel):
 
 
 @intrinsic
-def ref(typingctx, value):
+def _ref(typingctx, value):
     """The address of a named tuple; of what is an address already, itself."""
     if isinstance(value, Ref):
         return value(value), lambda context, builder, signature, args: args[0]
@@ -39,6 +41,10 @@ def ref(typingctx, value):
         return place
 
     return Ref(value)(value), codegen
+
+
+# Declared, because type checkers take the typing context for an argument of the call.
+ref: Any = _ref
 
 
 @infer_getattr

@@ -103,7 +103,7 @@ def _object(placed: Placed, name: str) -> np.ndarray | None:
 def _radial(placed: Placed, name: str) -> np.ndarray:
     """Around an axis through the middle of the texture space, and around y the other way, as in Cycles."""
     axis = np.diag((1.0, -1.0, 1.0))["XYZ".index(name)]
-    return np.cross(axis, _generated(placed, "") - np.float32(0.5))
+    return np.cross(axis.astype(np.float32), _generated(placed, "") - np.float32(0.5))
 
 
 def _object_normal(placed: Placed, name: str) -> np.ndarray:
@@ -111,7 +111,7 @@ def _object_normal(placed: Placed, name: str) -> np.ndarray:
 
 
 def _parametric(placed: Placed, name: str) -> np.ndarray:
-    corners = np.diag(np.float32((1, 1, 0)))
+    corners = np.diag(np.array((1, 1, 0), np.float32))
     return np.broadcast_to(corners, (len(placed.mesh.corners), 3, 3))
 
 

@@ -1,6 +1,7 @@
 """The coverage report: everything of a scene that the bundle does not take over, and only what would change the image."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import bpy
 
@@ -16,6 +17,8 @@ _VISIBLE = {
     "VOLUME": "volume",
     "GREASEPENCIL": "grease pencil",
 }
+
+_GRAZING = 0.1  # the geometry offset of the shadow terminator that the renderer has built in: Cycles' default
 
 
 def summary(losses: Sequence[Loss]) -> str:
@@ -53,6 +56,16 @@ def _of_mesh_object(thing: bpy.types.Object, held_out: bool) -> Iterator[str]:
         yield "adaptive subdivision: the render level of the modifier stands in"
     if thing.light_linking.receiver_collection or thing.light_linking.blocker_collection:
         yield "light linking: lights everything"
+    if hasattr(thing, "cycles"):
+        yield from _of_terminator(thing.cycles)
+
+
+def _of_terminator(cycles: Any) -> Iterator[str]:
+    geometry = cycles.shadow_terminator_geometry_offset
+    if abs(geometry - _GRAZING) > 1e-6:
+        yield f"shadow terminator, geometry offset {geometry:g}: {_GRAZING} stands in"
+    if cycles.shadow_terminator_offset:
+        yield f"shadow terminator, shading offset {cycles.shadow_terminator_offset:g}: 0 stands in"
 
 
 def of_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:

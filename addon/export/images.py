@@ -16,18 +16,31 @@ def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
     """The number of the texture of a node's image, and what its colours have to do with its alpha.
 
     Where nobody wants the alpha, Cycles shows colours multiplied by it, unless the image says that the two have nothing to do with
-    each other. Floats come multiplied already: they are taken as they are, since there is light where alpha is 0.
+    each other. Those that come multiplied already are taken as they are, since there is light where alpha is 0.
     """
     image, resources = at.node.image, at.network.resources
     _check(at, image)
     if image is None or not image.size[0]:
         return resources.texture(None, lambda: Texture("", False, np.array([[_MAGENTA]], np.float32))), Alpha.PACKED
     associated = image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
-    opaque = not wants_alpha and (image.is_float or not associated)
-    number = resources.texture((image.as_pointer(), opaque), lambda: _texture(image, opaque=opaque, associated=associated))
+    multiplied = associated and _comes_multiplied(image)
+    opaque = not wants_alpha and (multiplied or not associated)
+    number = resources.texture((image.as_pointer(), opaque), lambda: _texture(image, opaque=opaque, multiplied=multiplied))
     if opaque or not associated or _is_opaque(resources.textures[number]):
         return number, Alpha.PACKED
-    return number, Alpha.STRAIGHT if wants_alpha else Alpha.PREMULTIPLIED
+    if not wants_alpha:
+        return number, Alpha.PREMULTIPLIED
+    return number, Alpha.MULTIPLIED if multiplied else Alpha.STRAIGHT
+
+
+def _comes_multiplied(image: bpy.types.Image) -> bool:
+    """Whether Cycles takes colours for multiplied by alpha. STRAIGHT floats that Blender hands to it are, and it multiplies them again."""
+    return image.alpha_mode == "PREMUL" or (image.is_float and not _is_handed_over(image))
+
+
+def _is_handed_over(image: bpy.types.Image) -> bool:
+    """Whether Cycles gets the texels from Blender; it reads other files itself."""
+    return image.packed_file is not None or image.source == "GENERATED"
 
 
 def _check(at: At, image: bpy.types.Image | None) -> None:
@@ -43,20 +56,19 @@ def _check(at: At, image: bpy.types.Image | None) -> None:
         at.note(f"image '{image.name}' has colour space {image.colorspace_settings.name}: sRGB stands in")
 
 
-def _texture(image: bpy.types.Image, *, opaque: bool, associated: bool) -> Texture:
+def _texture(image: bpy.types.Image, *, opaque: bool, multiplied: bool) -> Texture:
     texels = _pixels(image)
+    if multiplied and not image.is_float and not _is_handed_over(image):
+        texels[..., :3] *= texels[..., 3:]  # which Blender has divided by; rounded, these are the codes in the file
     if opaque or image.alpha_mode == "NONE":
         texels[..., 3] = 1.0
-    elif image.is_float and associated:
-        alpha = texels[..., 3:]
-        texels[..., :3] /= np.where(alpha == 0, 1, alpha)
     if image.is_float:
         return Texture(image.name, False, texels)
     return Texture(image.name, image.colorspace_settings.name not in _LINEAR, (texels * 255 + 0.5).astype(np.uint8))
 
 
 def _pixels(image: bpy.types.Image) -> np.ndarray:
-    """(H, W, 4) float32, top row first: of 8-bit images the codes over 255; of others linear colours, multiplied by alpha."""
+    """(H, W, 4) float32, top row first: of 8-bit images the codes over 255; of others linear colours."""
     width, height, channels = *image.size, image.channels
     stored = np.empty(width * height * channels, np.float32)
     image.pixels.foreach_get(stored)

@@ -2,7 +2,7 @@
 
 import bpy
 
-from blender_rl_guiding.scene.description import Closure, Color, Shader
+from blender_rl_guiding.scene.description import Closure, Shader
 
 from .network import At, Network, link_to, triple
 from .resources import Resources
@@ -12,11 +12,11 @@ Notes = tuple[tuple[str, str], ...]  # (where, what is lost)
 
 
 def read_material(material: bpy.types.Material | None, resources: Resources) -> tuple[Shader, Notes]:
-    """As in Cycles, no material is grey, a material without nodes is its viewport colour, and one without a surface black."""
+    """As in Cycles, no material is Principled BSDF by default, one without nodes its viewport colour, and one without a surface black."""
     if material is None:
-        return _diffuse("", (0.8, 0.8, 0.8)), ()
+        return Shader("", (), (Closure("principled", 1.0),)), ()
     if not has_nodes(material):
-        return _diffuse(material.name, triple(material.diffuse_color)), ()
+        return Shader(material.name, (), (Closure("diffuse", 1.0, {"color": triple(material.diffuse_color)}),)), ()
     network = Network(resources, pass_index=material.pass_index)
     output = material.node_tree.get_output_node("CYCLES")
     closures = _read_output(At(network, output, ())) if output else ()
@@ -28,10 +28,6 @@ def read_material(material: bpy.types.Material | None, resources: Resources) -> 
 def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
     """Whether a material or world is its node tree."""
     return owner.node_tree is not None and (bpy.app.version >= (5, 0) or owner.use_nodes)
-
-
-def _diffuse(name: str, color: Color) -> Shader:
-    return Shader(name, (), (Closure("diffuse", 1.0, {"color": color}),))
 
 
 def _read_output(at: At) -> tuple[Closure, ...]:

@@ -20,7 +20,7 @@ from .materials import read_material
 from .object_info import object_attribute
 from .resources import Resources, corner_attributes_of
 from .visibility import visibility
-from .world import read_world
+from .world import read_world, world_visibility
 
 
 class Collector:
@@ -140,6 +140,7 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str) -> SceneData:
         shaders=tuple(collector.shaders),
         camera=camera,
         world=world,
+        world_visibility=world_visibility(scene.world),
         lamps=tuple(collector.lamps),
         film=read_film(scene),
         bounces=read_bounces(scene),

@@ -4,7 +4,7 @@ import bpy
 
 from blender_rl_guiding.scene.description import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSMISSION
 
-_KINDS = {"camera": CAMERA, "diffuse": DIFFUSE, "glossy": GLOSSY, "transmission": TRANSMISSION, "shadow": SHADOW}
+RAY_KINDS = {"camera": CAMERA, "diffuse": DIFFUSE, "glossy": GLOSSY, "transmission": TRANSMISSION, "shadow": SHADOW}
 
 
 def source(instance: bpy.types.DepsgraphObjectInstance) -> bpy.types.Object:
@@ -24,4 +24,4 @@ def visibility(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.type
 
 
 def _switches(thing: bpy.types.Object) -> int:
-    return sum(bit for kind, bit in _KINDS.items() if getattr(thing, f"visible_{kind}"))
+    return sum(bit for kind, bit in RAY_KINDS.items() if getattr(thing, f"visible_{kind}"))

@@ -2,12 +2,13 @@
 
 import bpy
 
-from blender_rl_guiding.scene.description import Closure, Loss, Shader
+from blender_rl_guiding.scene.description import VISIBLE, Closure, Loss, Shader
 
 from .materials import has_nodes
 from .network import At, Network, link_to, triple
 from .resources import Resources
 from .shaders import closures_at
+from .visibility import RAY_KINDS
 
 
 def read_world(world: bpy.types.World | None, resources: Resources) -> tuple[Shader, list[Loss]]:
@@ -19,8 +20,7 @@ def read_world(world: bpy.types.World | None, resources: Resources) -> tuple[Sha
     network = Network(resources, world=True)
     output = world.node_tree.get_output_node("CYCLES")
     closures = _read_output(At(network, output, ())) if output else ()
-    notes = [*network.notes, *(_visibility(world) if closures else ())]
-    return Shader(world.name, network.code, closures), [Loss(world.name, where, detail) for where, detail in notes]
+    return Shader(world.name, network.code, closures), [Loss(world.name, where, detail) for where, detail in network.notes]
 
 
 def _read_output(at: At) -> tuple[Closure, ...]:
@@ -29,8 +29,9 @@ def _read_output(at: At) -> tuple[Closure, ...]:
     return tuple(closures_at(at.network, at.node.inputs["Surface"]))
 
 
-def _visibility(world: bpy.types.World) -> list[tuple[str, str]]:
-    """Cycles' ray visibility, for the kinds of rays that exist here."""
-    rays = getattr(world, "cycles_visibility", None)
-    hidden = [kind for kind in ("camera", "diffuse", "glossy", "transmission") if rays and not getattr(rays, kind)]
-    return [("ray visibility", f"visible to {kind} rays, although switched off") for kind in hidden]
+def world_visibility(world: bpy.types.World | None) -> int:
+    """The kinds of rays that see the world, as a sum. Cycles has no switch for shadow rays: they see it."""
+    rays = getattr(world, "cycles_visibility", None)  # not there while Cycles is switched off
+    if rays is None:
+        return VISIBLE
+    return VISIBLE & ~sum(bit for kind, bit in RAY_KINDS.items() if kind != "shadow" and not getattr(rays, kind))

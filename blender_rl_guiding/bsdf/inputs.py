@@ -8,14 +8,13 @@ from collections import namedtuple
 from ..kernels import part
 from ..sampling import F, vector
 from ..scene.description import CLOSURES
-from ..shading.operands import KINDS, NONE, REGISTERS
+from ..shading.operands import CODE_REGISTERS, KINDS, NONE, REGISTERS
 from .lobe import normalized
 
-_ROWS = 32  # at the end of the registers, which no code may use
 _LENGTHS = tuple(2 + len(inputs) for inputs in CLOSURES.values())  # columns of each kind of closure
-assert max(_LENGTHS) <= _ROWS
+assert max(_LENGTHS) <= REGISTERS - CODE_REGISTERS
 
-WEIGHT = REGISTERS - _ROWS + 1  # the register of every closure's weight
+WEIGHT = CODE_REGISTERS + 1  # the register of every closure's weight
 
 
 def columns(kind: str):

@@ -1,8 +1,9 @@
 """What the tracer asks of a surface: its emission, its transparency and its lobes, and to evaluate and sample these.
 
-`lobes` is a scratch array of (LOBES, COLUMNS) float32. Of more than LOBES - 1 lobes the last ones are left out. `ng` is the
-geometric normal on wo's side. Light is reflected only to wo's side of both it and the lobe's normal, and transmitted only to
-the other side of both.
+`lobes` is a scratch array of (LOBES, COLUMNS) float32. Of more than LOBES - 1 lobes the last ones are left out, as in Cycles. `ng` is the
+geometric normal on wo's side. Samples are reflected only to wo's side of both it and the lobe's normal, and transmitted only to
+the other side of both. As in Cycles, this is not so of `evaluate`, where only the lobe's normal counts, or the triangles of smooth
+surfaces would show at the terminator.
 """
 
 import numpy as np
@@ -42,6 +43,7 @@ __all__ = [
     "chance",
     "emission",
     "evaluate",
+    "evaluate_seen",
     "guidable",
     "is_guidable",
     "pick",
@@ -179,16 +181,24 @@ def evaluate(lobes, count, ng, wo, wi):
 
     Singular lobes are left out of all three.
     """
+    return evaluate_seen(lobes, count, ng, wo, wi, np.int64(description.VISIBLE))
+
+
+@part
+def evaluate_seen(lobes, count, ng, wo, wi, seen_by):
+    """`evaluate`, with f from those lobes only that make one of the kinds of rays `seen_by`."""
     f, pdf, guidable_pdf = _BLACK, F(0), F(0)
     reflected = dot(ng, wi) > F(0)
-    if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0):  # most surfaces, without the detours
-        pdf = diffuse.pdf(lobes, 0, wi) if reflected else F(0)
-        return scale(get(lobes, 0, WEIGHT), pdf), pdf, pdf
+    if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0) and seen_by & _R_DIFFUSE:  # most surfaces, without the detours
+        cosine = diffuse.pdf(lobes, 0, wi)
+        pdf = cosine if reflected else F(0)
+        return scale(get(lobes, 0, WEIGHT), cosine), pdf, pdf
     for k in range(count):
-        if reflected == (dot(get(lobes, k, NORMAL), wi) > F(0)) and lobes[k, IS_SINGULAR] == F(0):
-            lobe_f, lobe_pdf = _evaluate(lobes, k, reflected, wo, wi)
-            f = add(f, lobe_f)
-            lobe_pdf *= lobes[k, PROBABILITY]
+        above = dot(get(lobes, k, NORMAL), wi) > F(0)
+        if lobes[k, IS_SINGULAR] == F(0):
+            lobe_f, lobe_pdf = _evaluate(lobes, k, above, wo, wi)
+            f = add(f, lobe_f) if seen_by & _ray_kind(lobes[k, KIND]) else f
+            lobe_pdf *= lobes[k, PROBABILITY] if above == reflected else F(0)
             pdf += lobe_pdf
             if lobes[k, KIND] <= OREN_NAYAR:
                 guidable_pdf += lobe_pdf
@@ -196,8 +206,15 @@ def evaluate(lobes, count, ng, wo, wi):
 
 
 @part
+def _ray_kind(which):
+    if which <= TRANSLUCENT:
+        return _R_DIFFUSE
+    return _R_GLOSSY if which == GLOSSY else _R_TRANSMISSION
+
+
+@part
 def _evaluate(lobes, k, reflected, wo, wi):
-    """f |cos| and density of one lobe, where wi is on the same side of its normal and of the surface."""
+    """f |cos| and density of one lobe, where wi is `reflected` if it is on the side of the lobe's normal."""
     which = lobes[k, KIND]
     if reflected and which <= SHEEN:
         return _evaluate_diffuse(lobes, k, which, wo, wi)

@@ -37,7 +37,7 @@ def save_run(
         "method": method,
         "seed": settings.seed,
         "spp": result.film.samples,
-        "finished": result.film.samples == settings.spp,
+        "finished": result.finished,
         "resolution": [scene.camera.width, scene.camera.height],
         "seconds": result.seconds,
         "learn_seconds": result.learn_seconds,

@@ -171,13 +171,13 @@ def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo,
 
 
 @part
-def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
-    """Pick a light and a direction towards it.
+def sample_light(lights, shading, surface, registers, x, depth, choice, second_choice, u, v):
+    """Pick a light by two uniform numbers, and a direction towards it by two more.
 
     Returns (wi, distance, radiance, pdf, emitter): pdf per solid angle with that of the choice; 0 where no ray could hit the light:
     then `radiance` is the irradiance of a surface that faces it, divided by the probability of the choice.
     """
-    emitter, choice = draw(lights.pick, choice)
+    emitter, choice = draw(lights.pick, choice, second_choice)
     chance = lights.probability[emitter]
     triangles, lamps = lights.triangle.shape[0], lights.lamps.shape[0]
     if emitter < triangles:
@@ -203,6 +203,6 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
         if pdf == F(0):
             light = scale(light, F(1) / chance)
         return wi, distance, light, pdf * chance, emitter
-    wi = sample_world(lights.world, u, v)
+    wi = sample_world(lights.world, choice, u, v)
     light = world_radiance(shading, registers, wi, np.int64(0), depth)
     return wi, F(np.inf), light, world_pdf(lights.world, wi) * chance, emitter

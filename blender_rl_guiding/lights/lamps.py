@@ -38,7 +38,7 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
         row[EMISSION:RADIUS] = lamp.emission
         row[CONE], row[SMOOTH] = _cone(lamp)
         row[SPREAD], row[SPREAD_SCALE] = _spread(lamp)
-        size = lamp.width * lamp.height if lamp.kind == "area" else lamp.radius
+        size = lamp.width * lamp.height * lamp.spread if lamp.kind == "area" else lamp.radius
         row[[VISIBILITY, SHADOW, HITTABLE]] = lamp.visibility, lamp.shadow, lamp.mis and size > 0
     return table
 
@@ -60,11 +60,12 @@ def _cone(lamp: Lamp) -> tuple[float, float]:
 
 
 def _spread(lamp: Lamp) -> tuple[float, float]:
-    """Tangent of half the spread, and the factor that keeps the power; 0 where there is no limit."""
+    """Tangent of half the spread, NOWHERE where there is no limit, and the factor that keeps the power."""
     half = lamp.spread / 2
     if half > math.pi / 2 - 1e-3:
-        return 0.0, 1.0
-    return math.tan(half), 1 / max(math.tan(half) - half, 1e-10)
+        return float(NOWHERE), 1.0
+    over = math.tan(half) - half if half > 1e-3 else half**3 / 3
+    return math.tan(half), 1 / max(over, 1e-30)
 
 
 @part
@@ -229,7 +230,7 @@ def _area(lamps, k):
 def _area_radiance(lamps, k, cosine):
     """Radiance at an angle from the axis; with a spread, that of a softbox with a grid."""
     emission = _three(lamps, k, EMISSION)
-    if lamps[k, SPREAD] == F(0):
+    if lamps[k, SPREAD] == NOWHERE:
         return emission
     tangent = math.sqrt(max(F(0), F(1) - cosine * cosine)) / cosine
     return scale(emission, max(F(0), lamps[k, SPREAD] - tangent) * lamps[k, SPREAD_SCALE])
@@ -237,6 +238,8 @@ def _area_radiance(lamps, k, cosine):
 
 @part
 def _sample_area(lamps, k, x, u, v):
+    if lamps[k, SPREAD] == F(0):
+        return _sample_beam(lamps, k, x)
     a, b = u - F(0.5), v - F(0.5)
     if lamps[k, ELLIPSE] > F(0):
         rho, phi = F(0.5) * math.sqrt(u), TWO_PI * v
@@ -253,16 +256,33 @@ def _sample_area(lamps, k, x, u, v):
 
 
 @part
-def _hit_area(lamps, k, origin, wi):
+def _sample_beam(lamps, k, x):
+    """Of a spread of 0: all the light goes along the axis, as that of a sun."""
+    axis = _three(lamps, k, AXIS_Z)
+    distance = _area_distance(lamps, k, x, axis)
+    light = scale(_three(lamps, k, EMISSION), PI) if distance < NOWHERE else DARK
+    return axis, distance, light, F(0)
+
+
+@part
+def _area_distance(lamps, k, origin, wi):
+    """Where a ray meets the front of the lamp; NOWHERE if it misses."""
     cosine = dot(_three(lamps, k, AXIS_Z), wi)
     to_centre = subtract(_three(lamps, k, POSITION), origin)
     along = dot(to_centre, _three(lamps, k, AXIS_Z))
     if cosine <= F(1e-6) or along <= F(0):
-        return NOWHERE, DARK, F(0)
+        return NOWHERE
     distance = along / cosine
     aside = subtract(scale(wi, distance), to_centre)
     a, b = dot(aside, _three(lamps, k, AXIS_X)) / lamps[k, WIDTH], dot(aside, _three(lamps, k, AXIS_Y)) / lamps[k, HEIGHT]
     inside = a * a + b * b <= F(0.25) if lamps[k, ELLIPSE] > F(0) else max(abs(a), abs(b)) <= F(0.5)
-    if not inside:
+    return distance if inside else NOWHERE
+
+
+@part
+def _hit_area(lamps, k, origin, wi):
+    distance = _area_distance(lamps, k, origin, wi)
+    if distance == NOWHERE:
         return NOWHERE, DARK, F(0)
+    cosine = dot(_three(lamps, k, AXIS_Z), wi)
     return distance, _area_radiance(lamps, k, cosine), distance * distance / (cosine * _area(lamps, k))

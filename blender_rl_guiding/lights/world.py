@@ -64,9 +64,9 @@ def _direction(row, column):
 
 
 @part
-def sample_world(world, u, v):
-    """A direction by the map."""
-    cell, u = draw(world.cells, u)
+def sample_world(world, choice, u, v):
+    """A direction by the map, by three uniform numbers."""
+    cell, u = draw(world.cells, choice, u)
     row, column = cell // COLUMNS, cell % COLUMNS
     # Uniform in solid angle within the cell.
     top, bottom = math.cos(F(row) * (PI / F(ROWS))), math.cos(F(row + 1) * (PI / F(ROWS)))

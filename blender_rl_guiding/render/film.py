@@ -22,7 +22,7 @@ class Sums(NamedTuple):
 
     sum: np.ndarray  # (pixels, 3) float64, linear RGB
     squares: np.ndarray  # (pixels, 3) float64
-    count: np.ndarray  # (pixels,) int64, samples
+    samples: np.ndarray  # (pixels,) int64, how many
     passes: np.ndarray  # (pixels, PASS_COLUMNS) float32, or (0, ...)
 
 
@@ -42,12 +42,12 @@ class Film:
     @property
     def samples(self) -> int:
         """Samples of the pixel that has most of them."""
-        return int(self.sums.count.max())
+        return int(self.sums.samples.max())
 
     @property
     def counts(self) -> np.ndarray:
         """Samples of each pixel, (height, width)."""
-        return self.sums.count.reshape(self.shape[:2])
+        return self.sums.samples.reshape(self.shape[:2])
 
     def mean(self) -> np.ndarray:
         """The image, (height, width, 3) float32, linear, top row first."""
@@ -80,7 +80,7 @@ class Film:
         return (1 - self.sums.passes[:, ALPHA] / self._divisor()[:, 0]).astype(np.float32).reshape(self.shape[:2])
 
     def _divisor(self) -> np.ndarray:
-        return np.maximum(self.sums.count, 1)[:, None]
+        return np.maximum(self.sums.samples, 1)[:, None]
 
     def _layer(self, columns: np.ndarray) -> np.ndarray:
         return columns.reshape(self.shape) if columns.shape[1] == 3 else columns.reshape(self.shape[:2])

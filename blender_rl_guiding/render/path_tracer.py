@@ -22,6 +22,7 @@ from ..scene.camera import camera_ray
 from ..scene.description import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
 from ..scene.description import SHADOW as SHADOW_RAY
 from ..scene.geometry import FAR, NORMAL, U, V, closest, occluded, off_surface, shading_normal
+from ..scene.terminator import shadow_ray
 from ..shading.evaluate import run
 from ..shading.operands import make_point
 
@@ -58,7 +59,7 @@ def add_sample(film, pixel, L):
         value = np.float64(L[c])
         film.sum[pixel, c] += value
         film.squares[pixel, c] += value * value
-    film.count[pixel] += 1
+    film.samples[pixel] += 1
     return np.isfinite(L[0] + L[1] + L[2])
 
 
@@ -72,6 +73,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
     u, v = uniform2(key, 0)
     lens_u, lens_v = uniform2(key, 1)
     origin, ray, near, far = camera_ray(stage.lens, pixel % stage.width, pixel // stage.width, u, v, lens_u, lens_v)
+    origin, near, far = add(origin, scale(ray, near)), F(0), far - near  # shaders count the ray's length from here on
     L, beta, pdf, kind = ZERO, ONE, F(0), np.int64(CAMERA)
     start, start_normal, segment_ray, travelled = origin, ZERO, ray, F(0)  # where the path scattered last, and how far it is from there
     through, reward, segment, learnt = F(1), F(0), False, 0  # of the segment to be learnt: what passes along it, what it has met so far
@@ -82,7 +84,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
     for vertex in range(MOST_VERTICES):
         dimension = (vertex + 1) * DIMENSIONS
         triangle = closest(stage.surface, rays, origin, ray, near, far, kind)
-        distance = rays.floats[FAR]
+        distance = rays.floats[FAR] if triangle >= 0 else F(np.inf)
         hit_u, hit_v = rays.floats[U], rays.floats[V]
         counts[0] += 1
         record, roulette = uniform2(key, dimension)
@@ -96,13 +98,13 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
             light = add(light, lamp_met(stage.lights, stage.lights.hittable[h], start, ray, travelled, distance, pdf, kind, limits.nee))
         if triangle < 0:
             hidden = limits.transparent_film and not seen
-            if not hidden:
+            if not hidden and stage.world_visibility & kind:
                 light = add(light, surroundings(stage, registers, ray, pdf, kind, scattered, limits.nee))
             L = add(L, multiply(beta, light))
             if features:
                 credit(passes, pixel, multiply(beta, light), scattered)
                 if hidden:
-                    passes[pixel, ALPHA] += luminance(beta)
+                    passes[pixel, ALPHA] += (beta[0] + beta[1] + beta[2]) * F(1 / 3)
             if recorded:
                 reward += through * luminance(light)
                 write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, ZERO, ZERO, reward, F(0))
@@ -116,14 +118,14 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         behind = dot(ng, wo) < F(0)
         if behind:
             ng, n = scale(ng, F(-1)), scale(n, F(-1))
+        travelled += distance
         shader, object_ = np.int64(stage.surface.material[triangle]), stage.surface.object[triangle]
         if stage.plain[shader]:
             lobes_count, emitted, passing = bsdf.scatter_plain(vector(stage.albedo, shader), n, lobes), ZERO, ZERO
         else:
-            point = ref(make_point(x, n, ng, wo, triangle, object_, hit_u, hit_v, behind, kind, distance, scattered))
+            point = ref(make_point(x, n, ng, wo, triangle, object_, hit_u, hit_v, behind, kind, travelled, scattered))
             run(stage.shading, shader, point, registers)
             lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
-        travelled += distance
 
         # --- emission, weighed against next-event estimation ---------------------------------------------------------------
         if luminance(emitted) > F(0):
@@ -142,10 +144,10 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         straight, solid = luminance(passing), luminance(colour)
         chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
         choice, patch_choice = uniform2(key, dimension + 5)
+        if transparent > limits.transparent:
+            break
         if choice < chance_straight:
             transparent += 1
-            if transparent > limits.transparent:
-                break
             factor = scale(passing, F(1) / chance_straight)
             beta, through = multiply(beta, factor), through * luminance(factor)
             origin, near, far = off_surface(x, scale(ng, F(-1)), distance), F(0), far - distance
@@ -186,26 +188,28 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
                 guided = (F(1) - directions.bsdf_fraction) * bsdf.guidable(lobes, lobes_count)
         if seek and scatters:
             u, v = uniform2(key, dimension + 2)
-            emitter_choice, _ = uniform2(key, dimension + 1)
+            emitter_choice, second_choice = uniform2(key, dimension + 1)
             # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
             above = off_surface(x, ng, distance)
             wi, far_light, arriving, pdf_light, emitter = sample_light(
-                stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, u, v
+                stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, second_choice, u, v
             )
             alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
             if (limits.nee or alone) and luminance(arriving) > F(0):
-                f, pdf_wi, pdf_guidable = bsdf.evaluate(lobes, lobes_count, ng, wo, wi)
+                f, pdf_wi, pdf_guidable = bsdf.evaluate_seen(lobes, lobes_count, ng, wo, wi, seen_by(stage, emitter))
                 if luminance(f) > F(0):
                     if alone:
                         arriving = scale(arriving, F(1) / pdf_light) if pdf_light > F(0) else arriving
                     else:
-                        if guided > F(0):
+                        if guided > F(0) and dot(ng, wi) > F(0):
                             pdf_wi += mixed(directions, cell, n, wi, guided, pdf_guidable)
                         arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
-                    from_x = above if dot(ng, wi) > F(0) else off_surface(x, scale(ng, F(-1)), distance)
                     if shadow:
                         counts[0] += 1
-                        arriving = multiply(arriving, passes_on(stage, limits, scratch, from_x, wi, far_light, scattered + 1))
+                        from_x, to_light, reach = shadow_ray(stage.surface, triangle, hit_u, hit_v, x, n, ng, wi, far_light, distance)
+                        arriving = multiply(
+                            arriving, passes_on(stage, limits.transparent - transparent, scratch, from_x, to_light, reach, scattered + 1)
+                        )
                     leaving = multiply(f, arriving)
                     L = add(L, multiply(beta, leaving))
                     if features:
@@ -221,7 +225,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
             t, b = tangents(n)
             ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
-            label = np.int64(DIFFUSE)
+            label = np.int64(DIFFUSE if dot(ng, ray) > F(0) else 0)
         else:
             ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, w)
         if label == 0:
@@ -294,6 +298,17 @@ def stands_alone(lights, emitter, pdf):
 
 
 @part
+def seen_by(stage, emitter):
+    """The kinds of rays that an emitter is visible to."""
+    triangles, lamps = stage.lights.triangle.shape[0], stage.lights.lamps.shape[0]
+    if emitter < triangles:
+        return np.int64(stage.visibility[stage.surface.object[stage.lights.triangle[emitter]]])
+    if emitter < triangles + lamps:
+        return np.int64(stage.lights.lamps[emitter - triangles, VISIBILITY])
+    return np.int64(stage.world_visibility)
+
+
+@part
 def mixed(directions, cell, n, wi, guided, pdf_guidable):
     """What the pdf of the material's own sampling changes by, where the guide takes over a part of its diffuse share."""
     t, b = tangents(n)
@@ -301,13 +316,16 @@ def mixed(directions, cell, n, wi, guided, pdf_guidable):
 
 
 @part
-def passes_on(stage, limits, scratch, origin, wi, distance, depth):
-    """The share of light that gets from `distance` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight."""
+def passes_on(stage, passages, scratch, origin, wi, distance, depth):
+    """The share of light that gets from `distance` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight.
+
+    That may happen up to `passages` times.
+    """
     reach = distance * F(1 - 1e-4)
     if not stage.any_see_through:
         return ZERO if occluded(stage.surface, scratch.rays, origin, wi, reach, SHADOW_RAY) else ONE
-    rays, share = scratch.rays, ONE
-    for _ in range(limits.transparent + 1):
+    rays, share, travelled = scratch.rays, ONE, F(0)
+    for _ in range(passages + 1):
         triangle = closest(stage.surface, rays, origin, wi, F(0), reach, np.int64(SHADOW_RAY))
         if triangle < 0:
             return share
@@ -322,7 +340,8 @@ def passes_on(stage, limits, scratch, origin, wi, distance, depth):
             ng, n = scale(ng, F(-1)), scale(n, F(-1))
         x, object_ = add(origin, scale(wi, step)), stage.surface.object[triangle]
         wo = scale(wi, F(-1))
-        point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, step, depth))
+        travelled += step
+        point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, travelled, depth))
         run(stage.shading, shader, point, scratch.registers)
         share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
         if luminance(share) <= F(0):

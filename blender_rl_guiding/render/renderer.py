@@ -22,13 +22,14 @@ LEAST_SAMPLES = 16  # before the noise of a pixel is believed
 
 @dataclass
 class Result:
-    """What a render has to show so far; `film` holds the samples of whole passes only."""
+    """What a render has to show so far; after an interrupt `film` holds those samples of the pass under way that were taken, too."""
 
     film: Film
     seconds: float = 0.0  # wall time of tracing and learning
     learn_seconds: float = 0.0
     rays: int = 0  # closest-hit and shadow rays
     curve: list[dict[str, float]] = field(default_factory=list)  # one entry a pass: samples, seconds, loss, ...
+    finished: bool = False  # whether it ended as its settings say
 
     @property
     def image(self) -> np.ndarray:
@@ -66,6 +67,7 @@ def render(
             pixels = _noisy(film, settings.noise)
         if not len(pixels) or 0 < settings.seconds <= result.seconds:
             break
+    result.finished = True
     return result
 
 

@@ -9,7 +9,7 @@ from ..guiding.base import Transitions, empty_transitions
 from ..lights.emitters import Lights, lights
 from ..scene.camera import Lens, lens
 from ..scene.data import SceneData
-from ..scene.description import CLOSURES, Node
+from ..scene.description import CLOSURES, Node, Shader
 from ..scene.geometry import Geometry, Rays, Surface, rays
 from ..settings import Render
 from ..shading.operands import KINDS, REGISTERS, Shading
@@ -29,6 +29,8 @@ class Stage(NamedTuple):
     albedo: np.ndarray  # (S, 3) float32, of plain shaders
     see_through: np.ndarray  # (S,) bool, whether a shader may let light pass straight
     any_see_through: bool
+    visibility: np.ndarray  # (O,) uint8, kinds of rays that see an object
+    world_visibility: int
     width: int  # pixels
 
 
@@ -63,7 +65,19 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
     see_through = np.array([_sees_through(shading, s) for s in range(len(scene.shaders))], bool)
     plain, albedo = _plain(scene)
     found = lights(scene, shading, geometry.surface)
-    stage = Stage(lens(scene), geometry.surface, shading, found, plain, albedo, see_through, bool(see_through.any()), scene.camera.width)
+    stage = Stage(
+        lens(scene),
+        geometry.surface,
+        shading,
+        found,
+        plain,
+        albedo,
+        see_through,
+        bool(see_through.any()),
+        scene.visibility,
+        scene.world_visibility,
+        scene.camera.width,
+    )
     return stage, geometry
 
 
@@ -71,13 +85,21 @@ def _plain(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
     """Which shaders need no evaluation at all, and their albedos."""
     plain, albedo = np.zeros(len(scene.shaders), bool), np.zeros((len(scene.shaders), 3), np.float32)
     for k, shader in enumerate(scene.shaders):
-        if len(shader.closures) == 1 and shader.closures[0].kind == "diffuse":
-            closure = shader.closures[0]
-            inputs = CLOSURES["diffuse"] | closure.inputs
-            constant = not any(isinstance(value, Node) for value in (closure.weight, inputs["color"]))
-            plain[k] = constant and inputs["roughness"] == 0.0 and inputs["normal"] is None
-            albedo[k] = np.multiply(closure.weight, inputs["color"]).clip(0) if plain[k] else 0
+        if (constant := _constant_albedo(shader)) is not None:
+            plain[k], albedo[k] = True, constant
     return plain, albedo
+
+
+def _constant_albedo(shader: Shader) -> np.ndarray | None:
+    """What a shader reflects that is nothing but Lambert's reflection, the same everywhere; None for any other."""
+    if [closure.kind for closure in shader.closures] != ["diffuse"]:
+        return None
+    closure = shader.closures[0]
+    inputs = CLOSURES["diffuse"] | closure.inputs
+    weight, color = closure.weight, inputs["color"]
+    if isinstance(weight, Node) or isinstance(color, Node) or color is None:
+        return None
+    return np.multiply(weight, color).clip(0) if inputs["roughness"] == 0.0 and inputs["normal"] is None else None
 
 
 def _sees_through(shading: Shading, shader: int) -> bool:
@@ -96,9 +118,10 @@ def _has_alpha(shading: Shading, row: np.ndarray) -> bool:
 def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
     """The scene's limits, or the settings' own in place of all of them."""
     bounces, most = scene.bounces, settings.max_bounces
-    kinds = (bounces.total, bounces.diffuse, bounces.glossy, bounces.transmission) if most < 0 else (most,) * 4
+    kinds = (bounces.total, bounces.diffuse, bounces.glossy, bounces.transmission) if most < 0 else (most, most, most, most)
     blind = len(stage.lights.hittable) < len(stage.lights.lamps)
-    return Limits(*kinds, bounces.transparent, bounces.roulette, settings.nee, blind, scene.film.transparent)
+    lit = bool(stage.lights.probability.any())
+    return Limits(*kinds, bounces.transparent, bounces.roulette, settings.nee and lit, blind and lit, scene.film.transparent)
 
 
 def wants_passes(scene: SceneData, settings: Render) -> bool:

@@ -24,9 +24,9 @@ _DAMAGE += (LookupError, RuntimeError, TypeError, ValueError, AssertionError)
 def save(scene: SceneData, path: Path) -> None:
     """Write the bundle under a temporary name, then rename. InputError where the place cannot be written."""
     arrays = {name: getattr(scene, name) for name in ARRAYS} | {f"texture_{k}": t.texels for k, t in enumerate(scene.textures)}
-    header = {"version": VERSION} | scene.header()
+    arrays["header"] = np.array(json.dumps({"version": VERSION} | scene.header()))
     with atomic(path) as part, part.open("wb") as file:
-        np.savez(file, header=np.array(json.dumps(header)), **arrays)
+        np.savez(file, allow_pickle=False, **arrays)
 
 
 def load(path: Path) -> SceneData:
@@ -63,6 +63,7 @@ def _scene(header: dict[str, Any], file: Any) -> SceneData:
         shaders=_read(tuple[Shader, ...], header["shaders"]),
         camera=_read(Camera, header["camera"]),
         world=_read(Shader, header["world"]),
+        world_visibility=_read(int, header["world_visibility"]),
         lamps=_read(tuple[Lamp, ...], header["lamps"]),
         film=_read(Film, header["film"]),
         bounces=_read(Bounces, header["bounces"]),
@@ -76,11 +77,11 @@ def _read(kind: Any, value: Any) -> Any:
     """A value of the annotated type `kind` from what JSON has of it. TypeError or ValueError if it is something else."""
     if kind == Value:
         return Node(int(value["index"])) if isinstance(value, dict) else _read(tuple if isinstance(value, list) else float, value)
-    if is_dataclass(kind):
+    if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
         if value.keys() != {f.name for f in fields(kind)}:
             raise ValueError(f"{kind.__name__} has {sorted(value)}")
-        return kind(**{name: _read(hints[name], part) for name, part in value.items()})  # type: ignore[operator]
+        return kind(**{name: _read(hints[name], part) for name, part in value.items()})
     if get_origin(kind) is tuple and isinstance(value, list):
         kinds = get_args(kind)
         return tuple(_read(kinds[0], part) for part in value) if kinds[1:] == (...,) else _fixed(kinds, value)

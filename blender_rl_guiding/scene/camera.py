@@ -11,6 +11,7 @@ from .data import SceneData
 
 PERSPECTIVE, ORTHOGRAPHIC, PANORAMA = range(3)
 _KINDS = ("perspective", "orthographic", "panorama")
+_FILTERS = {"box": 1.0, "blackman_harris": 2.0, "gaussian": 3.0}  # widths that Cycles samples, in those that are set
 _FILTER_CELLS = 1024
 
 
@@ -38,13 +39,16 @@ def lens(scene: SceneData) -> Lens:
     axes = np.array(camera.to_world, np.float64)[:3].T.astype(np.float32)
     left, right, bottom, top = camera.window
     cdf = filter_cdf(film.filter)
-    width = 1.0 if film.filter == "box" else film.filter_width
+    width = film.filter_width * _FILTERS[film.filter]
     return Lens(
         _KINDS.index(camera.kind),
         np.ascontiguousarray(axes),
         (F(left), F(top)),
         (F((right - left) / camera.width), F((bottom - top) / camera.height)),
-        *(F(x) for x in (camera.near, camera.far, camera.aperture, camera.focus)),
+        F(camera.near),
+        F(camera.far),
+        F(camera.aperture),
+        F(camera.focus),
         camera.blades,
         F(camera.blade_rotation),
         F(camera.aperture_ratio),

@@ -74,6 +74,7 @@ class SceneData:
         default_factory=lambda: np.full(1, VISIBLE, np.uint8)
     )  # (O,) sum of the kinds of rays that see an object
     # What attribute k has at the corners of the t-th triangle of object o: attributes[attribute_rows[k, o] + t]
+    world_visibility: int = VISIBLE  # sum of the kinds of rays that see the world
     attributes: np.ndarray = _none("attributes")  # (N, 3, 3) float32, three numbers at each corner of a triangle
     attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object does not have the attribute: it is 0 there
     object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, what is the same all over an object
@@ -112,6 +113,7 @@ class SceneData:
             "shaders": [asdict(s) for s in self.shaders],
             "camera": asdict(self.camera),
             "world": asdict(self.world),
+            "world_visibility": self.world_visibility,
             "lamps": [asdict(lamp) for lamp in self.lamps],
             "film": asdict(self.film),
             "bounces": asdict(self.bounces),

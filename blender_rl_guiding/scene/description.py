@@ -78,7 +78,8 @@ class Lamp:
     name: str
     kind: str  # point, spot, sun, area
     to_world: Matrix
-    # point, spot: radiant intensity, W/sr, before the spot's cone; sun: irradiance, W/m^2; area: the radiance that it would have with a spread of pi
+    # point, spot: radiant intensity, W/sr, before the spot's cone; sun: irradiance, W/m^2; area: the radiance that it would have with a
+    # spread of pi
     emission: Color
     radius: float = 0.0  # point, spot: metres; sun: half of its angle, radians
     soft: bool = True  # point, spot: a disc that turns towards whatever it lights, not a sphere
@@ -87,7 +88,7 @@ class Lamp:
     width: float = 0.0  # area: metres along x of to_world (whose axes have unit length)
     height: float = 0.0  # area: metres along y
     ellipse: bool = False  # area: an ellipse of these diameters, not a rectangle
-    spread: float = 3.141592653589793  # area: angle of the cone that it shines into, radians; pi is Lambert's
+    spread: float = 3.141592653589793  # area: angle of the cone that it shines into, radians; pi is Lambert's, 0 a beam
     visibility: int = VISIBLE & ~CAMERA
     shadow: bool = True  # whether things stand in its way
     mis: bool = True  # whether it can be hit by rays, and not only sampled
@@ -146,7 +147,8 @@ CLOSURES: dict[str, dict[str, Value | None]] = {
     "transparent": {"color": (1.0, 1.0, 1.0)},
     "emission": {"color": (1.0, 1.0, 1.0), "strength": 1.0},  # of a surface, or the world's Background
     "glossy": {
-        "color": (0.8, 0.8, 0.8), "roughness": 0.5, "anisotropy": 0.0, "rotation": 0.0, "multiscatter": 1.0, "normal": None, "tangent": None,
+        "color": (0.8, 0.8, 0.8), "roughness": 0.5, "anisotropy": 0.0, "rotation": 0.0, "multiscatter": 1.0,
+        "normal": None, "tangent": None,
     },
     "metallic": {  # F82-tint
         "base_color": (0.617, 0.577, 0.54), "edge_tint": (0.695, 0.726, 0.77), "roughness": 0.5, "anisotropy": 0.0, "rotation": 0.0,

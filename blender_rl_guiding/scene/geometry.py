@@ -19,7 +19,8 @@ from .data import SceneData
 _TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
 _BUILD_QUALITY_HIGH = 2
 RAY_WORDS = 24  # of 4 bytes, of an RTCRayHit with its padding
-# Where its members are: the ray's origin and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle, geometry, instance
+# Where its members are: the ray's origin and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,
+# geometry, instance.
 NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19
 
 _pointer, _size = ctypes.c_void_p, ctypes.c_size_t
@@ -60,6 +61,8 @@ class Surface(NamedTuple):
 
     embree: int  # address of the RTCScene
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
+    vertices: np.ndarray  # (V, 3) float32
+    triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     material: np.ndarray  # (T,) int32
     object: np.ndarray  # (T,) int32
@@ -79,7 +82,7 @@ class Geometry:
         _library.rtcCommitScene(handle)
         if error := _library.rtcGetDeviceError(device):
             raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles: error {error}")
-        self.surface = Surface(handle, first, scene.normals, scene.material, scene.object)
+        self.surface = Surface(handle, first, scene.vertices, scene.triangles, scene.normals, scene.material, scene.object)
 
     def _attach(self, device: int, handle: int) -> np.ndarray:
         """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""

@@ -48,7 +48,8 @@ Interpolation = IntEnum("Interpolation", "LINEAR CLOSEST", start=0)
 Projection = IntEnum("Projection", "EQUIRECTANGULAR MIRROR_BALL", start=0)
 # How an image's colours depend on its alpha. Cycles multiplies by it, and divides again where a node's Alpha socket is in use:
 # PREMULTIPLIED if the socket has no link, STRAIGHT if it has; PACKED (also for images without alpha) leaves colours alone.
-Alpha = IntEnum("Alpha", "PREMULTIPLIED STRAIGHT PACKED", start=0)
+# MULTIPLIED is STRAIGHT for texels that are stored multiplied already: they are only divided.
+Alpha = IntEnum("Alpha", "PREMULTIPLIED STRAIGHT PACKED MULTIPLIED", start=0)
 
 
 class Op(NamedTuple):

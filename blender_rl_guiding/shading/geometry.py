@@ -118,9 +118,9 @@ def usable(n, point):
 def tangent_space(shading, point, v, strength, tangent_, sign, normal):
     """v, its slopes times a strength, in the axes of three attributes: the tangent, the bitangent by its `sign`, and the normal.
 
-    As in Cycles the attributes are in the space of the object, and not made unit vectors again between the corners.
+    As in Cycles these are in the space of the object, and the tangent is not made a unit vector again between the corners.
     """
-    t, n = attribute(shading, point, tangent_), attribute(shading, point, normal)
+    t, n = attribute(shading, point, tangent_), unit(attribute(shading, point, normal))
     bitangent = scale(cross(n, t), attribute(shading, point, sign)[0])
     return combine(t, bitangent, n, (v[0] * strength, v[1] * strength, lerp(F(1), v[2], saturate(strength))))
 

@@ -12,7 +12,8 @@ from ..sampling import F
 from ..scene.description import CLOSURES
 
 KINDS = tuple(CLOSURES)  # a closure's kind is its place here
-REGISTERS = 256  # of a shader's code, at most
+REGISTERS = 256
+CODE_REGISTERS = REGISTERS - 32  # of a shader's code, at most; the others take the inputs of a closure when it is read
 NONE = -(2**31)
 
 
@@ -45,7 +46,7 @@ class Point(NamedTuple):
     v: F
     backfacing: np.int32  # 1 if the ray arrives from behind the triangle, by its winding
     ray: np.int32  # the kind of ray, one of scene.description's CAMERA, DIFFUSE, ...
-    distance: F  # length of the ray
+    distance: F  # length of the ray since the near clip or the last scattering event
     depth: np.int32  # scattering events before
 
 

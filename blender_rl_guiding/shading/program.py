@@ -13,11 +13,10 @@ from ..scene.data import SceneData, Texture
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
 from .evaluate import Code, run
-from .operands import KINDS, NONE, REGISTERS, Point, Shading
+from .operands import CODE_REGISTERS, KINDS, NONE, Point, Shading
 from .passes import allocate, changed, constant_steps, with_bumps, with_constants, with_normal, without_idle_steps
 from .textures import CODES, FLOATS, SRGB_CODES
 
-CODE_REGISTERS = REGISTERS - 32  # the others take the inputs of a closure when it is read
 STEP_COLUMNS, CLOSURE_COLUMNS = 3 + MAX_INPUTS + MAX_OPTIONS, 32
 ZERO = (F(0), F(0), F(0))
 NOWHERE = Point(ZERO, ZERO, ZERO, ZERO, np.int32(-1), np.int32(-1), F(0), F(0), np.int32(0), np.int32(0), F(0), np.int32(0))

@@ -44,10 +44,16 @@ def place(i, size, extension):
 
 
 @part
+def multiplies(alpha):
+    """Whether colours are to be multiplied by alpha before anything is done with them."""
+    return alpha == Alpha.PREMULTIPLIED or alpha == Alpha.STRAIGHT
+
+
+@part
 def byte_texel(row, alpha):
     """RGBA of a texel of 8 bits; Cycles multiplies the codes by alpha as whole numbers, rounding down."""
     r, g, b, a = U(row[0]), U(row[1]), U(row[2]), U(row[3])
-    if alpha != Alpha.PACKED:
+    if multiplies(alpha):
         r, g, b = U(r * a // U(255)), U(g * a // U(255)), U(b * a // U(255))
     s = F(1 / 255)
     return F(r) * s, F(g) * s, F(b) * s, F(a) * s
@@ -57,13 +63,13 @@ def byte_texel(row, alpha):
 def float_texel(row, alpha):
     """RGBA of a texel in single precision."""
     a = row[3]
-    s = F(1) if alpha == Alpha.PACKED else a
+    s = a if multiplies(alpha) else F(1)
     return row[0] * s, row[1] * s, row[2] * s, a
 
 
 @part
 def texel(shading, texture, x, y, alpha):
-    """RGBA of one texel as it is stored, times its own alpha unless that is PACKED; (x, y) counts from the bottom left."""
+    """RGBA of one texel as it is stored, times its own alpha if it `multiplies`; (x, y) counts from the bottom left."""
     if x == OUTSIDE or y == OUTSIDE:
         return F(0), F(0), F(0), F(0)
     width, height = shading.textures[texture, 1], shading.textures[texture, 2]
@@ -104,7 +110,7 @@ def lookup(shading, texture, u, v, extension, interpolation, alpha):
     else:
         column, row = place(np.int64(np.floor(x)), width, extension), place(np.int64(np.floor(y)), height, extension)
         r, g, b, a = texel(shading, texture, column, row, alpha)
-    if alpha == Alpha.STRAIGHT and a != F(0):
+    if (alpha == Alpha.STRAIGHT or alpha == Alpha.MULTIPLIED) and a != F(0):
         r, g, b = r / a, g / a, b / a
     return (decode(r), decode(g), decode(b), a) if kind == SRGB_CODES else (r, g, b, a)
 

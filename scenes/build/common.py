@@ -42,7 +42,7 @@ def _set_up_cycles(cycles: bpy.types.bpy_struct, max_bounces: int) -> None:
     cycles.samples = 1024
     cycles.pixel_filter_type = "BOX"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
-    cycles.min_light_bounces = 1024  # no Russian roulette: it only adds noise where paths are short, and every method would share it
+    cycles.min_light_bounces = 1024  # no Russian roulette: its noise has nothing to do with what is compared
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
     for kind in ("max", "diffuse", "glossy", "transmission"):
         setattr(cycles, f"{kind}_bounces", max_bounces)

@@ -106,8 +106,8 @@ def test_the_active_output_of_cycles_counts(paint: bpy.types.Material):
     assert weights(paint) == [("glossy", 1.0)]
 
 
-def test_no_material_is_grey_and_no_surface_but_a_volume_is_nothing(paint: bpy.types.Material):
-    assert read_material(None, Resources())[0].closures == (Closure("diffuse", 1.0, {"color": (0.8, 0.8, 0.8)}),)
+def test_no_material_is_principled_and_no_surface_but_a_volume_is_nothing(paint: bpy.types.Material):
+    assert read_material(None, Resources())[0].closures == (Closure("principled", 1.0),)
     node(paint.node_tree, "ShaderNodeVolumeScatter", into=surface(paint.node_tree).node.inputs["Volume"])
     shader, notes = read(paint)
     assert notes == ["node 'Material Output', socket 'Volume': the volume is left out"]

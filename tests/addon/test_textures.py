@@ -14,7 +14,7 @@ from blender_rl_guiding.scene.data import Texture
 from blender_rl_guiding.scene.ops import Alpha
 from tests.addon.trees import color, color_of, node, read, surface
 
-PACKED, PREMULTIPLIED, STRAIGHT = Alpha.PACKED, Alpha.PREMULTIPLIED, Alpha.STRAIGHT
+PREMULTIPLIED, STRAIGHT, PACKED, MULTIPLIED = Alpha
 CODES = np.array([[[255, 0, 0, 255], [0, 255, 0, 255]], [[0, 0, 255, 255], [10, 100, 200, 255]]], np.uint8)  # top row first
 FAINT = np.array([[[128, 64, 255, 128]]], np.uint8)
 
@@ -125,14 +125,53 @@ def test_alpha_of_codes(
     assert texture.texels[0, 0, 3] == (255 if mode == "NONE" or (expected == PACKED and not wanted) else 128)
 
 
-@pytest.mark.parametrize(("wanted", "expected"), [(False, (0.25, 0.125, 0.5, 1)), (True, (0.5, 0.25, 1, 0.5))])
-def test_alpha_of_floats(paint: bpy.types.Material, tree: bpy.types.NodeTree, tmp_path: Path, wanted: bool, expected: tuple):
+@pytest.mark.parametrize(
+    ("mode", "packed", "wanted", "expected"),
+    [  # measured in Cycles 5.2
+        ("PREMUL", False, False, PACKED),
+        ("PREMUL", False, True, MULTIPLIED),
+        ("PREMUL", True, False, PACKED),
+        ("PREMUL", True, True, MULTIPLIED),
+        ("STRAIGHT", False, False, PACKED),
+        ("STRAIGHT", False, True, MULTIPLIED),
+        ("STRAIGHT", True, False, PREMULTIPLIED),
+        ("STRAIGHT", True, True, STRAIGHT),
+        ("CHANNEL_PACKED", False, True, PACKED),
+    ],
+)
+def test_alpha_of_floats(
+    paint: bpy.types.Material, tree: bpy.types.NodeTree, tmp_path: Path, mode: str, packed: bool, wanted: bool, expected: Alpha
+):
     image = exr(tmp_path, np.array([[[0.25, 0.125, 0.5, 0.5]]]))
+    if packed:
+        image.pack()
+    image.alpha_mode = mode
+    stored = list(image.pixels)
+    shown(tree, image, alpha=wanted)
+    texture, alpha = only_texture(paint)
+    assert alpha == expected
+    assert texture.texels.ravel().tolist() == [*stored[:3], 1.0 if expected == PACKED and not wanted else stored[3]]
+
+
+@pytest.mark.parametrize(("wanted", "expected"), [(False, PACKED), (True, MULTIPLIED)])
+def test_codes_that_come_multiplied(paint: bpy.types.Material, tree: bpy.types.NodeTree, tmp_path: Path, wanted: bool, expected: Alpha):
+    image = png(tmp_path, np.array([[[100, 60, 20, 128], [1, 2, 3, 7]]], np.uint8))
     image.alpha_mode = "PREMUL"
     shown(tree, image, alpha=wanted)
     texture, alpha = only_texture(paint)
-    assert texture.texels.ravel().tolist() == list(expected)
-    assert alpha == (STRAIGHT if wanted else PACKED)
+    assert alpha == expected
+    assert texture.texels[0, :, :3].tolist() == [[100, 60, 20], [1, 2, 3]]
+
+
+@pytest.mark.parametrize(("extension", "expected"), [("REPEAT", STRAIGHT), ("CLIP", PREMULTIPLIED)])
+def test_nodes_that_do_the_same_are_one(
+    paint: bpy.types.Material, tree: bpy.types.NodeTree, tmp_path: Path, extension: str, expected: Alpha
+):
+    image = png(tmp_path, FAINT)
+    shown(tree, image)
+    other = node(tree, "ShaderNodeTexImage", into=surface(tree).links[0].from_node.inputs["Strength"], output="Alpha")
+    other.image, other.extension = image, extension
+    assert only_texture(paint)[1] == expected
 
 
 def test_light_without_alpha_is_kept(paint: bpy.types.Material, tree: bpy.types.NodeTree, tmp_path: Path):

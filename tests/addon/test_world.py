@@ -1,12 +1,17 @@
 """The world comes out as the emission that Cycles makes of it, and what cannot be told is reported by name."""
 
+from collections.abc import Callable
+
 import bpy
 import pytest
 
 from addon.export.resources import Resources
-from addon.export.world import read_world
-from blender_rl_guiding.scene.description import Closure, Loss, Shader
+from addon.export.world import read_world, world_visibility
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.description import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, VISIBLE, Closure, Loss, Shader
 from tests.addon.trees import node, only, surface, tree_of
+
+Export = Callable[[], SceneData]
 
 
 @pytest.fixture
@@ -74,12 +79,19 @@ def test_other_nodes_are_reported(world: bpy.types.World):
     assert (loss.object, loss.where) == ("World", "node 'Sky Texture'")
 
 
-@pytest.mark.parametrize("kind", ["camera", "diffuse", "glossy", "transmission"])
-def test_ray_visibility_is_reported(world: bpy.types.World, kind: str):
+@pytest.mark.parametrize(("kind", "bit"), [("camera", CAMERA), ("diffuse", DIFFUSE), ("glossy", GLOSSY), ("transmission", TRANSMISSION)])
+def test_ray_visibility(world: bpy.types.World, kind: str, bit: int):
+    assert world_visibility(None) == world_visibility(world) == VISIBLE
     setattr(world.cycles_visibility, kind, False)
-    assert read(world)[1] == [Loss("World", "ray visibility", f"visible to {kind} rays, although switched off")]
-    background(world).inputs["Strength"].default_value = 0
-    assert read(world)[1] == []
+    assert world_visibility(world) == VISIBLE - bit
+
+
+def test_what_cannot_see_the_world_arrives(run: Export, world: bpy.types.World):
+    bpy.ops.mesh.primitive_plane_add()
+    world.cycles_visibility.camera = world.cycles_visibility.glossy = False
+    exported = run()
+    assert exported.world_visibility == VISIBLE - CAMERA - GLOSSY
+    assert exported.coverage == ()
 
 
 def test_a_volume_is_reported(world: bpy.types.World):

@@ -174,7 +174,7 @@ class Stage:
         image = bpy.data.images.new("Image", width, height, **options)
         image.colorspace_settings.name = colorspace
         texels = np.random.default_rng(7).random((height * width, 4), np.float32)
-        texels[:, 3] = texels[:, 3] if options.get("alpha") else 1.0
+        texels[:, 3] = 0.5 + 0.5 * texels[:, 3] if options.get("alpha") else 1.0  # few would outshine all others if divided by less
         image.pixels.foreach_set(texels.ravel())
         image.pack()
         return image

@@ -23,7 +23,7 @@ def c1() -> SceneData:
 
 @cache
 def truth() -> np.ndarray:
-    return reference(c1(), c1().max_bounces, 512, Machine())
+    return reference(c1(), -1, 512, Machine())
 
 
 def error(guide: Guide, nee: bool = False) -> float:

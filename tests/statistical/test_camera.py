@@ -40,7 +40,7 @@ def draw_rays(of, pixels, u, origins, directions, spans):
         spans[i, 0], spans[i, 1] = near, far
 
 
-def rays(camera: Camera, film: Film = Film(), seed: int = 1) -> tuple[np.ndarray, ...]:  # noqa: B008  # frozen
+def rays(camera: Camera, film: Film = Film(), seed: int = 1) -> tuple[np.ndarray, ...]:
     """Pixels in turn, and N rays through them in the camera's space: origins and unit directions, float64, and their spans."""
     scene = replace(scenes.lit_quad(camera), film=film)
     pixels, u = np.arange(N) % (WIDTH * HEIGHT), np.random.default_rng(seed).random((N, 4), np.float32)

@@ -11,12 +11,13 @@ from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.lights import alias, lamps, world
 from blender_rl_guiding.lights.emitters import lights, sample_light
 from blender_rl_guiding.sampling import F, add, scale, store, vector
-from blender_rl_guiding.scene.description import IDENTITY, Closure, Instruction, Lamp, Node, Shader
+from blender_rl_guiding.scene.description import IDENTITY, Lamp
 from blender_rl_guiding.scene.geometry import Geometry
 from blender_rl_guiding.shading.operands import REGISTERS
 from blender_rl_guiding.shading.program import compile_shaders
 from tests import scenes
 from tests.significance import assert_distributed, assert_means, assert_uniform
+from tests.studio import bright_side
 
 N = 400_000
 WHITE = (1.0, 1.0, 1.0)
@@ -32,18 +33,24 @@ def numbers(count: int = N, dimensions: int = 2, seed: int = 1) -> np.ndarray:
 @kernel
 def draw_alias(table, u, chosen, rest):
     for i in range(len(u)):
-        chosen[i], rest[i] = alias.draw(table, u[i, 0])
+        chosen[i], rest[i] = alias.draw(table, u[i, 0], u[i, 1])
 
 
 @pytest.mark.parametrize("weights", [[1.0], [1, 0, 3, 1e-3], np.random.default_rng(3).exponential(size=1000) ** 3, [0, 0, 1, 0]])
 def test_alias_tables_draw_by_weight_and_leave_a_number_uniform(weights):
     weights = np.array(weights, float)
     chosen, rest = np.empty(N, np.int64), np.empty(N, np.float32)
-    u = np.random.default_rng(2).random((N, 1)).astype(np.float32).clip(max=np.nextafter(np.float32(1), np.float32(0)))
-    draw_alias(alias.alias_table(weights), u, chosen, rest)
+    draw_alias(alias.alias_table(weights), numbers(), chosen, rest)
     assert_distributed(np.bincount(chosen, minlength=len(weights)), N * weights / weights.sum())
-    if len(weights) < 1000:  # 24 bits of a number choose among so many columns and leave enough of it
-        assert_uniform(rest[:, None], 16)
+    assert_uniform(rest[:, None], 16)
+
+
+def test_alias_tables_of_a_million_keep_rare_entries_rare():
+    """One number of 24 bits would round a column's share to a sixteenth."""
+    weights = np.where(np.arange(1 << 20) % 2, 1.0, 0.01)
+    chosen, rest = np.empty(N, np.int64), np.empty(N, np.float32)
+    draw_alias(alias.alias_table(weights), numbers(), chosen, rest)
+    assert_distributed(np.bincount(chosen % 2), N * np.array([0.01, 1.0]) / 1.01)
 
 
 # --- lamps -----------------------------------------------------------------------------------------------------------
@@ -57,7 +64,7 @@ LAMPS = {
     "ellipse": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, ellipse=True),
     "grid": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, spread=1.2),
 }
-POINTS = [(0.1, -0.2, -1.0), (0.9, 0.6, -0.5)]
+POINTS = [(0.1, -0.2, -1.0), (0.9, 0.6, -0.5), (0.1, 0.05, -0.2)]  # the last within the ball
 
 
 @kernel
@@ -102,31 +109,54 @@ def sphere(count: int, seed: int = 9) -> np.ndarray:
 @pytest.mark.parametrize("name", LAMPS)
 def test_a_ray_meets_what_was_sampled(name, x):
     wi, distance, light, pdf = sampled(LAMPS[name], x, 10_000)
-    d, l, p = met(LAMPS[name], x, wi)
-    hit = np.isfinite(d)
+    found, shining, density = met(LAMPS[name], x, wi)
+    hit = np.isfinite(found)
     assert hit.mean() > 0.995  # rounding at the rim
     if name != "sun":
-        np.testing.assert_allclose(d[hit], distance[hit], rtol=2e-3)
-    np.testing.assert_allclose(l[hit], light[hit], rtol=1e-3, atol=1e-5)
-    np.testing.assert_allclose(p[hit], pdf[hit], rtol=3e-3)
+        np.testing.assert_allclose(found[hit], distance[hit], rtol=2e-3)
+    np.testing.assert_allclose(shining[hit], light[hit], rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(density[hit], pdf[hit], rtol=3e-3)
 
 
 @pytest.mark.parametrize("x", POINTS)
 @pytest.mark.parametrize("name", LAMPS)
 def test_lamps_are_sampled_by_their_density(name, x):
-    """Chi-squared over equal cells of the sphere, of counts against the density integrated by uniform directions; and it is 1 in all."""
+    """The density is 1 over all directions; and cell by cell around the lamp's middle its integral is the share of samples."""
     wi, *_ = sampled(LAMPS[name], x)
-    probes = sphere(4_000_000)
-    distance, _, pdf = met(LAMPS[name], x, probes)
-    pdf = np.where(np.isfinite(distance), pdf, 0).astype(float)
-    total = 4 * np.pi * pdf
-    assert_means(total.mean(), total.var() / len(probes), 1.0)
-    # Halves of the lamp, by planes through its middle as it is seen: the share of samples against the share of the density.
-    middle = wi.mean(axis=0) / np.linalg.norm(wi.mean(axis=0))
-    for axis in np.linalg.svd(middle[None, :])[2][1:]:
-        share = pdf[probes @ axis > 0].sum() / pdf.sum()
-        spread = (pdf**2).sum() / pdf.sum() ** 2
-        assert_means((wi @ axis > 0).mean(), 0.25 / N + spread, share)
+    total, spread = integral(LAMPS[name], x, sphere(1_000_000), 4 * np.pi)
+    assert_means(total, spread, 1.0)
+    frame = around(wi.mean(axis=0, dtype=float))
+    lowest = max((wi @ frame[2]).min() - 1e-3, -1)
+    cone = (1 - lowest) * 2 * np.pi
+    z, turn = np.random.default_rng(3).random((2, 1_000_000))
+    z, turn = lowest + (1 - lowest) * z, 2 * np.pi * turn
+    r = np.sqrt(1 - z * z)
+    probes = (np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1) @ frame).astype(np.float32)
+    edges = np.quantile(wi @ frame[2], np.linspace(0, 1, 7)[1:-1])
+    share = np.bincount(cells(wi @ frame.T, edges), minlength=48) / N
+    mass, spread = integral(LAMPS[name], x, probes, cone, cells(probes @ frame.T, edges), 48)
+    assert_means(share - mass, share * (1 - share) / N + spread + 1e-9, 0.0)
+
+
+def integral(lamp: Lamp, x, probes: np.ndarray, solid_angle: float, cell: np.ndarray | None = None, count: int = 1):
+    """Of the density over each of so many cells, by directions uniform in a solid angle, and the estimates' variances."""
+    distance, _, pdf = met(lamp, x, probes)
+    values = np.where(np.isfinite(distance), pdf, 0).astype(float) * solid_angle
+    cell = np.zeros(len(probes), int) if cell is None else cell
+    mean, squares = (np.bincount(cell, v, minlength=count) / len(probes) for v in (values, values**2))
+    return mean, (squares - mean**2) / len(probes) + (1e-6 * mean) ** 2  # the last for rounding, where the density is constant
+
+
+def around(middle: np.ndarray) -> np.ndarray:
+    """Rows: two axes across the middle, and its unit vector."""
+    middle = middle / np.linalg.norm(middle)
+    return np.vstack([np.linalg.svd(middle[None, :])[2][1:], middle])
+
+
+def cells(local: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Each direction's cell: rings around +z between cosines, cut in eight."""
+    turn = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1
+    return np.searchsorted(edges, local[:, 2]) * 8 + (turn * 8).astype(int).clip(max=7)
 
 
 def irradiance(lamp: Lamp, x) -> tuple[float, float]:
@@ -143,15 +173,10 @@ def test_irradiance_of_each_lamp():
     assert_means(*irradiance(Lamp("", "point", IDENTITY, WHITE), x), 1 / 4)
     assert_means(*irradiance(LAMPS["sun"], x), 1.0)
     assert_means(*irradiance(Lamp("", "sun", IDENTITY, WHITE), x), 1.0)
-    truth, _ = dblquad(lambda b, a: 4 / (4 + a * a + b * b) ** 2, -0.75, 0.75, -0.25, 0.25)
+    truth = dblquad(lambda b, a: 4 / (4 + a * a + b * b) ** 2, -0.75, 0.75, -0.25, 0.25)[0]
     assert_means(*irradiance(LAMPS["rectangle"], x), truth)
-    ellipse, _ = dblquad(
-        lambda b, a: 4 / (4 + a * a + b * b) ** 2,
-        -0.75,
-        0.75,
-        lambda a: -math.sqrt(0.0625 - a * a / 9),
-        lambda a: math.sqrt(0.0625 - a * a / 9),
-    )
+    half = (lambda a: -math.sqrt(0.0625 - a * a / 9)), (lambda a: math.sqrt(0.0625 - a * a / 9))
+    ellipse = dblquad(lambda b, a: 4 / (4 + a * a + b * b) ** 2, -0.75, 0.75, *half)[0]
     assert_means(*irradiance(LAMPS["ellipse"], x), ellipse)
 
 
@@ -169,7 +194,8 @@ def test_a_spread_keeps_the_power():
 @kernel
 def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf):
     for i in range(len(u)):
-        wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, u[i, 0], u[i, 1], u[i, 2])
+        choices, place = (u[i, 0], u[i, 1]), (u[i, 2], u[i, 3])
+        wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, *choices, *place)
         store(points, i, add(x, scale(wi, distance)))
 
 
@@ -195,7 +221,7 @@ def test_triangles_are_uniform_by_area_and_weighted_by_luminance():
     assert table.pdf_area[0] / table.pdf_area[2] == pytest.approx((4 * 0.2126 + 2 * 0.7152 + 0.0722) / (3 * 0.0722), rel=1e-5)
     points, chosen, pdf = np.empty((N, 3), np.float32), np.empty(N, np.int64), np.empty(N, np.float32)
     x = (F(3), F(3), F(3))
-    draw_lights(table, shading, geometry.surface, np.zeros((REGISTERS, 3), np.float32), x, numbers(dimensions=3), points, chosen, pdf)
+    draw_lights(table, shading, geometry.surface, np.zeros((REGISTERS, 3), np.float32), x, numbers(dimensions=4), points, chosen, pdf)
     assert_distributed(np.bincount(chosen, minlength=len(area) + 1)[:-1], N * area * pdf_area)
     for light, (a, b_, c) in enumerate(corners):
         edges = np.stack([b_ - a, c - a], axis=1)
@@ -210,30 +236,19 @@ def test_triangles_are_uniform_by_area_and_weighted_by_luminance():
 @kernel
 def draw_world(table, u, wi, pdf):
     for i in range(len(u)):
-        w = world.sample_world(table, u[i, 0], u[i, 1])
+        w = world.sample_world(table, u[i, 0], u[i, 1], u[i, 2])
         store(wi, i, w)
         pdf[i] = world.world_pdf(table, w)
-
-
-def varying_sky() -> Shader:
-    """Bright around +x, black below: radiance max(x, 0)^3."""
-    code = (
-        Instruction("position"),
-        Instruction("component", (Node(0),), options=(0,)),
-        Instruction("math", (Node(1), 0.0), "MAXIMUM", (0,)),
-    )
-    code += (Instruction("math", (Node(2), 3.0), "POWER", (0,)),)
-    return Shader("sky", code, (Closure("emission", 1.0, {"color": WHITE, "strength": Node(3)}),))
 
 
 def test_the_world_is_drawn_by_its_brightness():
     b = scenes.Builder()
     b.quad((0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), scenes.material("grey", (0.5,) * 3))
-    scene = replace(b.scene(scenes.look((9, 9, 9), (0, 0, 0), 40, 4, 4)), world=varying_sky())
+    scene = replace(b.scene(scenes.look((9, 9, 9), (0, 0, 0), 40, 4, 4)), world=bright_side(1.0))
     table, total = world.world_map(compile_shaders(scene))
     assert total == pytest.approx(2 * np.pi / 4, rel=1e-4)
     wi, pdf = np.empty((N, 3), np.float32), np.empty(N, np.float32)
-    draw_world(table, numbers(), wi, pdf)
+    draw_world(table, numbers(dimensions=3), wi, pdf)
     np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1, atol=1e-5)
     z, turn = wi[:, 2], np.arctan2(wi[:, 1], wi[:, 0]) % (2 * np.pi)
     counts, *_ = np.histogram2d(np.arccos(z), turn, bins=[np.linspace(0, np.pi, 33), np.linspace(0, 2 * np.pi, 65)])

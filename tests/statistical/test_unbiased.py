@@ -1,5 +1,7 @@
-"""A guide costs variance, never bias: every variant's mean image is the unguided one, even if its table is as bad as can be."""
+"""Guides, next-event estimation and roulette cost variance, never bias: all have one mean image, however bad a guide's table."""
 
+from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -7,12 +9,14 @@ import pytest
 
 from blender_rl_guiding.guiding.cells import CellTable
 from blender_rl_guiding.guiding.directions import Directions
-from blender_rl_guiding.render import Result, render
+from blender_rl_guiding.render import render
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
+from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import BSDF, DQN, Frequency, Machine, NoEncoding, Render, Uniform
 from tests import scenes
 from tests.significance import assert_means, detectable
+from tests.studio import studio
 
 SIZE, BLOCK = 32, 8
 SEEDS, SPP = (11, 12, 13), 64
@@ -51,9 +55,12 @@ def blocks(films: list[Film], block: int) -> Blocks:
     return Blocks(pooled(mean), pooled(variance) / block**2)
 
 
-@pytest.fixture(scope="module")
-def truth() -> Film:
-    return render(scenes.tiny(SIZE), Render(spp=2000, nee=True, seed=1), MACHINE).film
+SCENES = {"box": scenes.tiny(SIZE), "studio": studio(SIZE)}
+
+
+@cache
+def truth(scene: str) -> Film:
+    return render(SCENES[scene], Render(spp=2000, nee=True, seed=1), MACHINE).film
 
 
 def assert_unbiased(films: list[Film], truth: Film) -> None:
@@ -66,25 +73,48 @@ def assert_unbiased(films: list[Film], truth: Film) -> None:
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_guided_mean_is_the_unguided_mean(name, truth):
-    scene, method = scenes.tiny(SIZE), VARIANTS[name]
+def test_guided_mean_is_the_unguided_mean(name):
+    method = VARIANTS[name]
     spp = SPP if isinstance(method.guide, DQN) else 4 * SPP
-    results: list[Result] = [render(scene, Render(spp=spp, nee=method.nee, seed=seed, guide=method.guide), MACHINE) for seed in SEEDS]
+    results = [render(SCENES["box"], replace(method, spp=spp, seed=seed), MACHINE) for seed in SEEDS]
     if isinstance(method.guide, DQN):
         assert all("loss" in result.curve[-2] for result in results), "nothing was learnt: this would test the BSDF's sampling"
-    assert_unbiased([result.film for result in results], truth)
+    assert_unbiased([result.film for result in results], truth("box"))
 
 
-def terrible(bsdf_fraction: float) -> Directions:
-    """Each cell prefers patches of its own, by factors of up to a thousand, at random; some cells are unknown."""
-    rng = np.random.default_rng(8)
-    scene = scenes.tiny(SIZE)
+@pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
+@pytest.mark.parametrize("guide", [BSDF(), Uniform()], ids=lambda guide: guide.kind)
+def test_all_lights_and_materials_have_one_mean(guide, nee):
+    results = [render(SCENES["studio"], Render(spp=16 * SPP, nee=nee, seed=seed, guide=guide), MACHINE) for seed in SEEDS]
+    assert_unbiased([result.film for result in results], truth("studio"))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_russian_roulette_ends_paths_and_costs_no_bias(name):
+    scene = replace(SCENES[name], bounces=replace(SCENES[name].bounces, roulette=0))
+    results = [render(scene, Render(spp=8 * SPP, nee=True, seed=seed), MACHINE) for seed in SEEDS]
+    without = render(SCENES[name], Render(spp=8, nee=True), MACHINE)
+    assert results[0].rays / (8 * SPP) < 0.95 * without.rays / 8, "no path was ended: this would test nothing"
+    assert_unbiased([result.film for result in results], truth(name))
+
+
+# --- a table as bad as can be ------------------------------------------------------------------------------------------
+
+
+def points_on(scene: SceneData, per_triangle: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Points all over the scene and their shading normals, (n, 3) float32 each."""
     corners = scene.vertices[scene.triangles]
-    barycentric = rng.dirichlet(np.ones(3), size=(len(corners), 200))
-    table = CellTable(scene.bounds[0], 0.25)
+    barycentric = rng.dirichlet(np.ones(3), size=(len(corners), per_triangle))
     points = np.einsum("tsk,tkx->tsx", barycentric, corners).reshape(-1, 3).astype(np.float32)
     normals = np.einsum("tsk,tkx->tsx", barycentric, scene.normals).reshape(-1, 3)
-    normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
+    return points, (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
+
+
+def terrible(scene: SceneData, bsdf_fraction: float) -> Directions:
+    """Each cell prefers patches of its own, by factors of up to a thousand, at random; some cells are unknown."""
+    rng = np.random.default_rng(8)
+    table = CellTable(scene.bounds[0], 0.25)
+    points, normals = points_on(scene, 200, rng)
     known = points[:, 0] < 0.5
     table.insert(points[known], normals[known])
     cdf = np.exp(1.2 * rng.normal(size=(table.count, 30))).cumsum(axis=1)
@@ -92,11 +122,11 @@ def terrible(bsdf_fraction: float) -> Directions:
 
 
 @pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
-@pytest.mark.parametrize("bsdf_fraction", [0.0, 0.3])
-def test_a_terrible_table_costs_no_bias(bsdf_fraction, nee, truth):
-    scene, films = scenes.tiny(SIZE), []
+@pytest.mark.parametrize(("name", "bsdf_fraction"), [("box", 0.0), ("box", 0.3), ("studio", 0.3)])
+def test_a_terrible_table_costs_no_bias(name, bsdf_fraction, nee):
+    scene, films = SCENES[name], []
     for seed in SEEDS:
         tracer, film = PassTracer(scene, Render(nee=nee, seed=seed), MACHINE, learning=True), Film(SIZE, SIZE)
-        tracer.trace(terrible(bsdf_fraction), film, np.arange(SIZE * SIZE), 0, 8 * SPP, wanted=0)
+        tracer.trace(terrible(scene, bsdf_fraction), film, np.arange(SIZE * SIZE), 0, 16 * SPP, wanted=0)
         films.append(film)
-    assert_unbiased(films, truth)
+    assert_unbiased(films, truth(name))

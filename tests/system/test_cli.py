@@ -10,6 +10,8 @@ import pytest
 from blender_rl_guiding import cli
 from blender_rl_guiding.experiments.results import COLUMNS
 from blender_rl_guiding.images import read_exr, write_exr
+from blender_rl_guiding.metrics import relmse
+from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.schema import from_dict, to_dict
 from blender_rl_guiding.settings import DQN, Render
@@ -41,6 +43,25 @@ def test_render_writes_an_image_and_how_it_was_made(rlg, bundle, tmp_path):
     assert isinstance(settings.guide, DQN)
     assert (settings.guide.width, settings.guide.rows) == (8, 3)
     assert (result["spp"], result["finished"], result["method"], len(result["curve"])) == (3, True, "dqn", 3)
+
+
+def test_passes_and_a_denoised_image_are_written_beside_the_image(rlg, tmp_path):
+    save(scenes.tiny(48), tmp_path / "tiny.npz")
+    out = tmp_path / "out"
+    done = rlg("render", tmp_path / "tiny.npz", "--out", out, "--spp", 16, "--nee", "--passes", "--denoise")
+    assert (done.returncode, done.stdout) == (0, f"{out / 'image.exr'}\n")
+    assert files(out) == {"image.exr", "passes.exr", "denoised.exr", "result.json"}
+    image, quiet = (read_exr(out / name)[0] for name in ("image.exr", "denoised.exr"))
+    np.testing.assert_array_equal(read_exr(out / "passes.exr")[0], image)
+    truth = render(scenes.tiny(48), Render(spp=1024, nee=True, seed=1)).image
+    assert relmse(quiet, truth) < 0.3 * relmse(image, truth)
+
+
+@pytest.mark.parametrize(("flags", "spp"), [(["--seconds", 1e-6], 4), (["--noise", 1.0], 16)])
+def test_a_render_may_end_before_its_samples_and_is_finished(rlg, bundle, tmp_path, flags, spp):
+    assert rlg("render", bundle, "--out", tmp_path / "out", "--spp", 1000, *flags).returncode == 0
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert (result["spp"], result["finished"]) == (spp, True)
 
 
 def test_settings_of_a_result_give_the_image_again(bundle, tmp_path):
@@ -107,6 +128,8 @@ BAD = {
     "--sppp": [*RENDER, "--sppp", "3"],
     "--spp: invalid int value: 'many'": [*RENDER, "--spp", "many"],
     "spp=0 is out of range": [*RENDER, "--spp", "0"],
+    "seconds=-1.0 is out of range": [*RENDER, "--seconds", "-1"],
+    "noise=2.0 is out of range": [*RENDER, "--noise", "2"],
     "max_bounces=-2 is out of range": [*RENDER, "--max-bounces", "-2"],
     "invalid choice: 'best'": [*RENDER, "--guide", "best"],
     "dqn.width=8 has no effect": [*RENDER, "--dqn.width", "8"],

@@ -17,6 +17,7 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
 from tests import scenes
+from tests.studio import studio
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = DQN(layers=2, width=16, rows=4, columns=6, cells=8, recorded=3000, learning_starts=256, batch=256, first_steps=10, steps=4)
@@ -26,6 +27,7 @@ METHODS = {
     "bsdf nee": Render(spp=6, nee=True),
     "dqn": Render(spp=6, guide=SMALL),
     "dqn nee": Render(spp=6, guide=SMALL, nee=True),
+    "adaptive": Render(spp=32, nee=True, noise=0.1, passes=True),
 }
 
 OTHER_PROCESS = """
@@ -49,7 +51,8 @@ def base(method: str) -> Result:
 @pytest.mark.parametrize("method", METHODS)
 def test_threads_and_batches_change_nothing(method, threads, batch):
     result = render(scenes.tiny(64), METHODS[method], Machine(threads=threads, batch=batch))
-    np.testing.assert_array_equal(result.image, base(method).image)
+    for ours, theirs in zip(result.film.sums, base(method).film.sums, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
     assert result.rays == base(method).rays
     assert [entry.get("loss") for entry in result.curve] == [entry.get("loss") for entry in base(method).curve]
 
@@ -64,6 +67,18 @@ def test_guides_that_learn_have_learnt():
     for method in ("dqn", "dqn nee"):
         assert "loss" in base(method).curve[-2]
         assert (base(method).image != base(method.replace("dqn", "bsdf")).image).mean() > 0.5
+
+
+def test_the_adaptive_render_has_been_adaptive():
+    assert 16 <= base("adaptive").film.counts.min() < base("adaptive").film.counts.max()
+    assert base("adaptive").film.layers()
+
+
+@pytest.mark.parametrize("method", ["bsdf nee", "dqn nee"])
+def test_all_kinds_of_lights_and_materials_too(method):
+    whole, parts = (render(studio(64), METHODS[method], Machine(threads=t, batch=b)) for t, b in ((1, 4097), (2, 77)))
+    np.testing.assert_array_equal(whole.image, parts.image)
+    assert whole.rays == parts.rays
 
 
 def test_samples_are_the_same_however_many_follow():

@@ -62,6 +62,8 @@ def test_other_settings_are_rendered_anew(rlg, bundle, tmp_path):
     assert "done before" in rlg(*command, "--spp", 2).stderr
     assert "done before" not in rlg(*command, "--spp", 3).stderr
     assert table(tmp_path / "out")[0]["spp"] == "3"
+    assert "done before" not in rlg(*command, "--spp", 99, "--noise", 1).stderr
+    assert "done before" in rlg(*command, "--spp", 99, "--noise", 1).stderr  # with fewer samples than it might have had
 
 
 def test_a_better_reference_judges_finished_runs_again(rlg, bundle, tmp_path):

@@ -24,8 +24,11 @@ def test_lobes_are_picked_by_the_luminance_of_their_albedo():
 
 
 def test_lobes_beyond_the_last_row_are_left_out():
-    seen = surface_of(*[("diffuse", {"weight": 1 / 20})] * 20, wo=UP)
-    assert seen.count == surface.LOBES - 1
+    """Cycles keeps 64; before, three layers of everything that a Principled BSDF can be were too many."""
+    coated = {"coat_weight": 0.5, "sheen_weight": 0.5, "metallic": 0.3, "transmission": 0.3, "roughness": 0.3}
+    assert surface_of(*[("principled", {"weight": 0.2, **coated})] * 5, wo=UP).count == 30
+    seen = surface_of(*[("diffuse", {"weight": 1 / 80})] * 80, wo=UP)
+    assert seen.count == surface.LOBES - 1 == 64
     assert seen.summary()[2].sum() == pytest.approx(1)
 
 
@@ -49,12 +52,18 @@ def test_without_level_principled_is_pure_lambert():
 
 @pytest.mark.parametrize("kind", ["diffuse", "glossy", "glass", "translucent"])
 def test_light_crosses_the_geometry_only_by_transmission(kind):
-    """With a shading normal far from the triangle's, directions between the two belong to neither side."""
+    """Directions between a shading normal and the triangle's are never sampled, but have a value, as in Cycles."""
     ng, n = direction(0), direction(50)
-    seen = surface_of((kind, {}), wo=direction(30), n=n, ng=ng)
-    between = direction(100)
-    assert between @ n > 0 > between @ ng
-    assert not seen.evaluate(between[None])[0].any()
+    seen = surface_of((kind, {"roughness": 0.5} if kind in ("glossy", "glass") else {}), wo=direction(30), n=n, ng=ng)
+    above, beneath = direction(100), direction(80, 180)
+    assert above @ n > 0 > above @ ng
+    assert beneath @ n < 0 < beneath @ ng
+    f, pdf, guidable = seen.evaluate(np.stack([above, beneath]))
+    assert not pdf.any()
+    assert not guidable.any()
+    assert f.any(axis=1).tolist() == [kind in ("diffuse", "glossy", "glass"), kind == "translucent"]
+    wi, label, _ = seen.sample(np.random.default_rng(1).random((1000, 3)))
+    assert (((wi @ n > 0) == (wi @ ng > 0)) | (label == 0)).all()
 
 
 def test_glossy_normals_are_bent_until_they_reflect_upwards():

@@ -10,7 +10,7 @@ import OpenEXR
 import pytest
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.images import read_exr, to_display, write_exr, write_png
+from blender_rl_guiding.images import read_exr, to_display, write_exr, write_layers, write_png
 
 
 @pytest.fixture
@@ -118,7 +118,7 @@ for kind, path in (("IMAGE", sys.argv[1]), ("MULTI_LAYER_IMAGE", sys.argv[2])):
 """
 
 
-def run(script: str, *arguments: Path) -> None:
+def run(script: str, *arguments: Path | str) -> None:
     subprocess.run([sys.executable, "-c", script, *map(str, arguments)], check=True, capture_output=True, timeout=120)
 
 
@@ -137,3 +137,54 @@ def test_reads_what_blender_writes(tmp_path: Path):
     assert header["Software"].startswith("Blender")
     assert single.max() > 0.0
     assert np.array_equal(read_exr(tmp_path / "layers.exr")[0], single)
+
+
+# --- passes ------------------------------------------------------------------------------------------------------------
+
+NAMES = {"Combined": "RGBA", "Albedo": "RGB", "Normal": "XYZ", "Depth": "Z", "Position": "XYZ", "Variance": "RGB", "Sample Count": "X"}
+
+
+@pytest.fixture
+def layers() -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(2)
+    return {name: rng.random((5, 7, len(cs)) if len(cs) > 1 else (5, 7), np.float32) for name, cs in NAMES.items()}
+
+
+def test_layers_keep_every_bit_under_blenders_names(tmp_path: Path, layers: dict[str, np.ndarray]):
+    write_layers(tmp_path / "passes.exr", layers, {"settings": "{}"})
+    with OpenEXR.File(str(tmp_path / "passes.exr"), separate_channels=True) as file:
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+        assert file.header()["settings"] == "{}"
+    expected = {f"ViewLayer.{name}.{c}": np.atleast_3d(layers[name])[..., k] for name, cs in NAMES.items() for k, c in enumerate(cs)}
+    assert channels.keys() == expected.keys()
+    for name, pixels in expected.items():
+        assert np.array_equal(channels[name], pixels), name
+    assert np.array_equal(read_exr(tmp_path / "passes.exr")[0], layers["Combined"][..., :3])
+
+
+LAYERS_IN_BLENDER = """
+import json, sys, bpy
+scene, tree = bpy.context.scene, bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
+node, output = tree.nodes.new("CompositorNodeImage"), tree.nodes.new("NodeGroupOutput")
+node.image = bpy.data.images.load(sys.argv[1])
+tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+tree.links.new(node.outputs[sys.argv[2]], output.inputs[0])
+scene.compositing_node_group = tree
+scene.render.engine, scene.cycles.samples = "CYCLES", 1
+scene.render.resolution_x, scene.render.resolution_y = 7, 5
+scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
+scene.render.filepath = sys.argv[3]
+bpy.ops.render.render(write_still=True)
+with open(sys.argv[4], "w") as file:
+    json.dump([node.image.type, {socket.name: socket.type for socket in node.outputs if socket.enabled}], file)
+"""
+
+
+@pytest.mark.blender
+def test_blender_composites_layers_as_passes(tmp_path: Path, layers: dict[str, np.ndarray]):
+    write_layers(tmp_path / "passes.exr", layers, {})
+    run(LAYERS_IN_BLENDER, tmp_path / "passes.exr", "Position", tmp_path / "seen.exr", tmp_path / "seen.json")
+    kind, sockets = json.loads((tmp_path / "seen.json").read_text())
+    assert kind == "MULTILAYER"
+    assert sockets.items() >= {name: {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR"}.get(cs, "RGBA") for name, cs in NAMES.items()}.items()
+    assert np.array_equal(read_exr(tmp_path / "seen.exr")[0], layers["Position"])

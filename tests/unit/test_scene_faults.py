@@ -103,7 +103,7 @@ def test_missing_and_mistyped_arrays_are_named(scene, tmp_path, name):
         assert name in refusal(path)
 
 
-BAD_TEXELS = [None, np.zeros((2, 2, 3), np.uint8), np.zeros((2, 4), np.uint8), np.zeros((2, 2, 4), np.uint16), np.zeros((0, 2, 4), np.uint8)]
+BAD_TEXELS = [None, *(np.zeros(shape, np.uint8) for shape in ((2, 2, 3), (2, 4), (0, 2, 4))), np.zeros((2, 2, 4), np.uint16)]
 
 
 @pytest.mark.parametrize("texels", BAD_TEXELS, ids=lambda t: "none" if t is None else f"{t.dtype}{t.shape}")

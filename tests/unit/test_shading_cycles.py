@@ -26,6 +26,8 @@ COLUMNS = 64
 NAMES = ("a", "b", "c", "p", "q", "n", "u", "xx", "yy", "zz", "tt")  # of attributes: vectors have one letter, numbers two
 NODES = A, B, C, P, Q, N, U, X, Y, Z, T = tuple(map(Node, range(len(NAMES))))  # P, Q are colours, N a unit vector, T is in 0..1
 NEXT = len(NAMES)  # the first step after those that read the attributes
+FRAME = NEXT, NEXT + 1, NEXT + 2  # further attributes: a tangent, its sign, the normal
+SIGNED = Instruction("vector_math", (P, 2.0, -1.0, 0.0), "MULTIPLY_ADD")  # of a colour that is a normal map's
 NAME = dict(zip(NODES, NAMES, strict=True))
 
 
@@ -117,18 +119,27 @@ def color_cases() -> Iterable[Case]:
         yield one("CombineColor", "combine", {"Red": T, "Green": 0.7, "Blue": 0.6}, "Color", mode, mode=mode)
 
 
+def in_axes(step: int) -> Instruction:
+    """The value of a step, from the space of the object."""
+    return Instruction("transform", (Node(step),), options=(0, 1, 2))
+
+
+def bent(step: int, strength: Value) -> Instruction:
+    """The normal, drawn towards the value of a step."""
+    return Instruction("bend", (Node(step), strength))
+
+
 def angle_cases() -> Iterable[Case]:
     yield one("Fresnel", "fresnel", {"IOR": X, "Normal": N}, "Fac")
     for mode in ops.Weight.__members__:
         yield one("LayerWeight", "layer_weight", {"Blend": T, "Normal": N}, mode.capitalize(), mode)
-    for space, op, options in (("WORLD", "normal_map_world", ()), ("OBJECT", "normal_map_object", (0, 1, 2))):
-        code = (Instruction(op, (P, T), options=options),)
-        yield Case(f"normal map {space}", "NormalMap", {"space": space}, {"Strength": T, "Color": P}, "Normal", code)
+    yield Case("normal map WORLD", "NormalMap", {"space": "WORLD"}, {"Strength": T, "Color": P}, "Normal", (SIGNED, bent(NEXT, T)))
+    code = (SIGNED, in_axes(NEXT), bent(NEXT + 1, T))
+    yield Case("normal map OBJECT", "NormalMap", {"space": "OBJECT"}, {"Strength": T, "Color": P}, "Normal", code)
 
 
 def tilt_cases() -> Iterable[Case]:
-    tangent, sign = NEXT, NEXT + 1
-    code = (Instruction("normal_map", (P, T), options=(tangent, sign)),)
+    code = (SIGNED, Instruction("tangent_space", (Node(NEXT), T), options=FRAME), in_axes(NEXT + 1), bent(NEXT + 2, 1.0))
     yield Case("normal map TANGENT", "NormalMap", {}, {"Strength": T, "Color": P}, "Normal", code)
     for invert in (0, 1):
         height = (Instruction("position"), Instruction("average", (Node(NEXT),)))
@@ -222,7 +233,7 @@ def of_ours(cases: list[Case], values: dict[str, np.ndarray], textures: tuple[Te
     """What our instructions give, in the same shape."""
     corners = np.tile(np.float32(((0, 0, 0), (1, 0, 0), (0, 1, 0))), (COLUMNS, 1, 1))
     given = tuple(np.broadcast_to(v.reshape(COLUMNS, 1, -1), (COLUMNS, 3, 3)) for v in values.values())
-    given += tuple(np.broadcast_to(v, (COLUMNS, 3, 3)) for v in (np.float32((1, 0, 0)), np.float32(1)))  # tangent and its sign
+    given += tuple(np.broadcast_to(v, (COLUMNS, 3, 3)) for v in (np.float32((1, 0, 0)), np.float32(1), np.float32((0, 0, 1))))
     read = tuple(Instruction("attribute", options=(k,)) for k in range(len(NAMES)))
     shaders = tuple(shaded.shader(*read, *case.code) for case in cases)
     axes = np.eye(3).reshape(3, 1, 3)

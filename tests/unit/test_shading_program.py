@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from blender_rl_guiding.bsdf import inputs
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import Texture
+from blender_rl_guiding.scene.data import SceneData, Texture
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader
 from blender_rl_guiding.scene.ops import OPS
 from blender_rl_guiding.shading.evaluate import Code
-from blender_rl_guiding.shading.operands import KINDS, NONE
+from blender_rl_guiding.shading.operands import CODE_REGISTERS, KINDS, NONE, REGISTERS
 from blender_rl_guiding.shading.passes import allocate
 from blender_rl_guiding.shading.program import compile_shaders
 from tests import shaded
@@ -79,6 +80,21 @@ def test_too_many_values_at_once_are_refused():
     closures = tuple(Closure("emission", 1.0, {"color": Node(k)}) for k in range(300))
     with pytest.raises(InputError, match="'greedy' keeps 300 values"):
         compile_shaders(shaded.scene((Shader("greedy", code, closures),), TRIANGLE[None], (TRIANGLE[None],)))
+
+
+def test_what_closures_are_read_into_overwrites_no_value():
+    """The inputs of the first closure go where the values of a shader that kept all registers would still be waiting."""
+
+    def greedy(count: int) -> SceneData:
+        code = tuple(Instruction("attribute", options=(0,)) for _ in range(count))
+        closures = tuple(Closure("emission", 1.0, {"color": Node(k)}) for k in range(count))
+        return shaded.scene((Shader("greedy", code, closures),), TRIANGLE[None], (TRIANGLE[None],))
+
+    shading = compile_shaders(greedy(CODE_REGISTERS))
+    assert shading.code[:, 2].max() == CODE_REGISTERS - 1 < inputs.WEIGHT - 1
+    assert max(inputs.columns("principled")) < REGISTERS
+    with pytest.raises(InputError, match=f"{CODE_REGISTERS + 1} values at once"):
+        compile_shaders(greedy(CODE_REGISTERS + 1))
 
 
 def test_closures_have_their_inputs_in_order():

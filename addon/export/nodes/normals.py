@@ -8,6 +8,7 @@ from blender_rl_guiding.scene.description import Color, Value
 
 from ..network import At, unlinked
 
+
 def _normal_map(at: At, _output: str) -> Value:
     node, resources, strength = at.node, at.network.resources, at.value("Strength")
     x, y, z = _signs(node)

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 
+import bpy
+
 from blender_rl_guiding.scene.description import Value
 from blender_rl_guiding.scene.ops import Extension, Interpolation, Projection
 
 from ..images import read_image
-from ..network import At
+from ..network import At, link_to
 from .inputs import generated, uv
 
 
@@ -26,11 +28,22 @@ def _image(at: At, output: str) -> Value:
     node = at.node
     if node.projection != "FLAT":
         at.note(f"projection {node.projection}: FLAT stands in")
-    texture, alpha = read_image(at, wants_alpha=node.outputs["Alpha"].is_linked)
+    texture, alpha = read_image(at, wants_alpha=_wants_alpha(node))
     options = (texture, Extension[node.extension], _interpolation(at))
     if output == "Alpha":
         return at.add("image_alpha", _vector(at, uv), options=options)
     return at.add("image", _vector(at, uv), options=(*options, alpha))
+
+
+def _wants_alpha(node: bpy.types.ShaderNodeTexImage) -> bool:
+    """Whether the Alpha socket is in use here or at a node that does the same: Cycles makes one of the two."""
+    twins = (n for n in node.id_data.nodes if n.bl_idname == node.bl_idname and _settings(n) == _settings(node))
+    return any(twin.outputs["Alpha"].is_linked for twin in twins)
+
+
+def _settings(node: bpy.types.ShaderNodeTexImage) -> tuple:
+    link = link_to(node.inputs["Vector"])
+    return node.image, node.extension, node.interpolation, node.projection, link and link.from_socket
 
 
 def _environment(at: At, _output: str) -> Value:

@@ -134,7 +134,7 @@ def clip_panorama(s: Stage) -> None:
     s.camera.data.clip_start, s.camera.data.clip_end = 0.9, 4.0
 
 
-@case(samples=64)
+@case(samples=96)
 def clipping_does_not_change_light(s: Stage) -> None:
     s.set()
     s.lamp("AREA", size=1.5)

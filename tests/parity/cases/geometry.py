@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -165,8 +165,7 @@ def indirect_only(s: Stage) -> None:
 @case(losses=("2 triangle(s) without area are left out",))
 def triangles_without_area(s: Stage) -> None:
     lit(s)
-    ball: Any = s.ball(s.diffuse((0.8, 0.35, 0.12)))
+    s.ball(s.diffuse((0.8, 0.35, 0.12)))
     flat = s.floor(s.diffuse((0.8, 0.8, 0.8)), size=1.0)
     for vertex in flat.data.vertices:
         vertex.co.x = 0.0
-    assert ball

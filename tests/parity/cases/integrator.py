@@ -32,13 +32,13 @@ def diffuse_bounces(s: Stage, limit: int) -> None:
     s.scene.cycles.diffuse_bounces = limit
 
 
-@each({str(limit): limit for limit in (0, 1, 2)})
+@each({str(limit): limit for limit in (0, 1, 2)}, samples=32)
 def glossy_bounces(s: Stage, limit: int) -> None:
     corridor(s, "BsdfAnisotropic", Roughness=0.2)
     s.scene.cycles.glossy_bounces = limit
 
 
-@each({str(limit): limit for limit in (0, 1, 2, 3)})
+@each({str(limit): limit for limit in (0, 1, 2, 3)}, samples=32)
 def mirror_bounces(s: Stage, limit: int) -> None:
     corridor(s, "BsdfAnisotropic", Roughness=0.0)
     s.scene.cycles.glossy_bounces = limit

@@ -161,7 +161,7 @@ def sun_seen_by_the_camera(s: Stage) -> None:
     thing.visible_camera = True
 
 
-@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})}, samples=96)
+@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})}, samples=128)
 def seen_in_a_mirror(s: Stage, lamp: tuple[str, dict[str, Any]]) -> None:
     s.floor(s.material("BsdfGlossy", {"Roughness": 0.0, "Color": (0.9, 0.8, 0.7)}))
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.0, "Color": (0.7, 0.8, 0.9)}))
@@ -170,7 +170,7 @@ def seen_in_a_mirror(s: Stage, lamp: tuple[str, dict[str, Any]]) -> None:
     s.aim(thing, (0.0, -2.0, 0.0))
 
 
-@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})}, samples=96)
+@each(LAMPS | {"sun": ("SUN", {"angle": radians(20)})}, samples=128)
 def on_a_glossy_floor(s: Stage, lamp: tuple[str, dict[str, Any]]) -> None:
     s.floor(s.material("BsdfGlossy", {"Roughness": 0.3, "Color": (0.9, 0.8, 0.7)}))
     s.ball(s.diffuse((0.7, 0.8, 0.9)))
@@ -208,7 +208,7 @@ def lamp_without_multiple_importance(s: Stage) -> None:
     s.lamp("AREA", (0.7, 1.5, 2.0), 100.0, size=1.0).data.cycles.use_multiple_importance_sampling = False
 
 
-@case(samples=160)
+@case(samples=200)
 def many_lamps(s: Stage) -> None:
     s.set()
     for i in range(40):

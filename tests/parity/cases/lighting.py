@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..stage import Nodes, Stage
 
 
-@case(samples=128, blind=True)
+@case(samples=192, blind=True)
 def mesh_emitter(s: Stage) -> None:
     s.set()
     s.floor(s.glow((1.0, 0.8, 0.6), 4.0), size=5.0, location=(1.0, -2.0, 4.5), rotation_euler=(0.4, 2.9, 0.0))
@@ -36,7 +36,7 @@ def mesh_emitter_small(s: Stage) -> None:
     s.floor(s.glow((1.0, 0.8, 0.6), 500.0), size=0.2, location=(0.8, -1.5, 4.0), rotation_euler=(0.2, 3.0, 0.0))
 
 
-@case(samples=128, blind=True)
+@case(samples=192, blind=True)
 def mesh_emitter_with_a_texture(s: Stage) -> None:
     s.set()
     material, nodes = s.nodes()
@@ -45,7 +45,7 @@ def mesh_emitter_with_a_texture(s: Stage) -> None:
     s.floor(material, size=5.0, location=(0.6, -2.0, 4.0), rotation_euler=(0.3, 2.9, 0.0))
 
 
-@case(samples=128)
+@case(samples=160)
 def mesh_emitter_that_is_mostly_dark(s: Stage) -> None:
     s.set()
     material, nodes = s.nodes()
@@ -156,10 +156,20 @@ def world_seen_by_the_camera_only(s: Stage) -> None:
     s.aim(s.camera, (0.0, 0.0, 2.0))
 
 
-@each({"camera": "camera", "diffuse": "diffuse", "glossy": "glossy", "transmission": "transmission"})
+@each({"camera": "camera", "diffuse": "diffuse", "glossy": "glossy", "transmission": "transmission"}, samples=48)
 def world_hidden_from(s: Stage, kind: str) -> None:
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.2}))
+    s.box(s.material("BsdfRefraction", {"Color": (0.6, 0.7, 0.8), "Roughness": 0.0, "IOR": 1.1}))
+    s.lamp("AREA", size=1.5, power=100.0)
+    s.sky((0.4, 0.6, 0.9))
+    setattr(s.scene.world.cycles_visibility, kind, False)
+
+
+@each({"diffuse": "diffuse", "transmission": "transmission"})
+def world_hidden_from_translucent_as(s: Stage, kind: str) -> None:
+    """Light through a translucent surface is both kinds, and the world has to be visible to both."""
+    s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.box(s.material("BsdfTranslucent", {"Color": (0.6, 0.7, 0.8)}))
     s.lamp("AREA", size=1.5, power=100.0)
     s.sky((0.4, 0.6, 0.9))

@@ -56,7 +56,7 @@ def principled_metal(s: Stage, inputs: dict[str, Any]) -> None:
         "dense": GLASS | {"Roughness": 0.1, "IOR": 2.4},
         "specular_level": GLASS | {"Roughness": 0.2, "Specular IOR Level": 0.2},
     },
-    samples=64,
+    samples=32,
 )
 def principled_transmission(s: Stage, inputs: dict[str, Any]) -> None:
     s.subject("BsdfPrincipled", inputs)
@@ -73,7 +73,7 @@ def principled_transmission(s: Stage, inputs: dict[str, Any]) -> None:
         "over_glass": GLASS | {"Roughness": 0.3, "Coat Weight": 1.0, "Coat Roughness": 0.3},
         "over_emission": WINE | {"Coat Weight": 1.0, "Coat Tint": (0.9, 0.6, 0.3), "Emission Strength": 0.5},
     },
-    samples=64,
+    samples=32,
 )
 def principled_coat(s: Stage, inputs: dict[str, Any]) -> None:
     s.subject("BsdfPrincipled", inputs)
@@ -114,7 +114,7 @@ def principled_emission_under_sheen(s: Stage) -> None:
     s.subject("BsdfPrincipled", WINE | {"Emission Color": (0.2, 0.8, 0.3), "Emission Strength": 1.5, "Sheen Weight": 1.0})
 
 
-@each({"plastic": WINE | {"Roughness": 0.5}, "metal": METAL | {"Roughness": 0.6}, "glass": GLASS | {"Roughness": 0.6}}, samples=64)
+@each({"plastic": WINE | {"Roughness": 0.5}, "metal": METAL | {"Roughness": 0.6}, "glass": GLASS | {"Roughness": 0.6}})
 def principled_without_compensation(s: Stage, inputs: dict[str, Any]) -> None:
     s.subject("BsdfPrincipled", inputs, distribution="GGX")
 
@@ -128,7 +128,7 @@ def principled_everything(s: Stage) -> None:
 SOCKETS = ("Metallic", "Roughness", "Transmission Weight", "Coat Weight", "Sheen Weight", "Alpha", "Specular IOR Level", "Coat Roughness")
 
 
-@each({socket.lower().replace(" ", "_"): socket for socket in SOCKETS}, samples=64)
+@each({socket.lower().replace(" ", "_"): socket for socket in SOCKETS})
 def principled_textured(s: Stage, socket: str) -> None:
     """The input runs from 0 to 1 over each face of the box and around the ball."""
     s.lights()

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from ..stage import Stage
 
 
-CHART = 24  # samples for cases where nothing makes noise but edges
+CHART = 16  # samples for cases where nothing makes noise but edges
 
 
 @dataclass(frozen=True)

@@ -41,18 +41,35 @@ def anisotropic(s: Stage, variant: tuple[float, float]) -> None:
         "clear": (0.0, 1.5, "GGX"),
         "frosted": (0.3, 1.5, "GGX"),
         "frosted_multi_ggx": (0.5, 1.5, "MULTI_GGX"),
-        "very_rough": (0.8, 1.3, "GGX"),
         "of_ior_below_1": (0.2, 0.8, "MULTI_GGX"),
-        "of_ior_1": (0.3, 1.0, "GGX"),
     },
-    samples=64,
+    samples=32,
 )
 def glass(s: Stage, variant: tuple[float, float, str]) -> None:
     roughness, ior, distribution = variant
     s.subject("BsdfGlass", {"Color": MINT, "Roughness": roughness, "IOR": ior}, distribution=distribution)
 
 
-@each({"clear": 0.0, "frosted": 0.4}, samples=64)
+@each({"very_rough": (0.8, 1.3), "of_ior_1": (0.3, 1.0)}, samples=96)
+def glass_lit_by_chance(s: Stage, variant: tuple[float, float]) -> None:
+    """In light that Cycles does not aim at.
+
+    Towards light that it aims at, Cycles' rough glass also transmits by microfacets seen from behind, which it never samples: very rough
+    glass is 1 % brighter in Cycles than without next-event estimation.
+    """
+    roughness, ior = variant
+    s.floor(s.diffuse((0.6, 0.6, 0.6)))
+    glass = s.material("BsdfGlass", {"Color": MINT, "Roughness": roughness, "IOR": ior}, distribution="GGX")
+    s.ball(glass)
+    s.box(glass)
+    glow = s.glow((1.0, 1.0, 1.0), 6.0)
+    glow.cycles.emission_sampling = "NONE"
+    s.aim(s.floor(glow, size=5.0, location=(2.0, -2.5, 4.5)), (0.0, 0.0, 0.5))
+    s.sky((0.3, 0.4, 0.55))
+    s.scene.world.cycles.sampling_method = "NONE"
+
+
+@each({"clear": 0.0, "frosted": 0.4})
 def refraction(s: Stage, roughness: float) -> None:
     s.subject("BsdfRefraction", {"Color": MINT, "Roughness": roughness, "IOR": 1.4}, distribution="GGX")
 

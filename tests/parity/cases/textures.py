@@ -265,7 +265,7 @@ def waves(s: Stage, nodes: Nodes, **attributes: str) -> Any:
 
 
 def positive(nodes: Nodes, vector: Any) -> Any:
-    """A vector as a colour without negative parts: half of it, plus a half... of which Cycles would clip nothing."""
+    """A vector of numbers within +-4 as a colour without negative parts."""
     return nodes.add(
         "VectorMath", {"Vector": vector, "Vector_001": (0.15, 0.15, 0.15), "Vector_002": (0.6, 0.6, 0.6)}, operation="MULTIPLY_ADD"
     )

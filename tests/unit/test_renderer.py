@@ -1,0 +1,96 @@
+"""When a render ends: after its samples, its time, or where the noise is low enough; and never with what is not a number."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.render import Result, render
+from blender_rl_guiding.render.renderer import CHECKED_EVERY, LEAST_SAMPLES
+from blender_rl_guiding.scene.description import Closure, Shader
+from blender_rl_guiding.settings import DQN, Machine, Render
+from tests import scenes
+
+MACHINE = Machine(batch=1024)
+SMALL = DQN(layers=1, rows=2, columns=3, learning_starts=64, batch=64, first_steps=2, steps=1)
+
+
+def samples_after(scene, settings: Render) -> tuple[Result, list[float]]:
+    """A render, and the samples after each of its passes as its caller was told."""
+    told = []
+    result = render(scene, settings, MACHINE, lambda state: told.append(state.film.samples))
+    assert told == [entry["samples"] for entry in result.curve]
+    return result, told
+
+
+def test_all_samples_are_taken_in_few_passes():
+    result, told = samples_after(scenes.tiny(8), Render(spp=100))
+    assert told == [100]
+    assert (result.film.counts == 100).all()
+    assert result.finished
+    assert result.seconds > 0
+
+
+def test_a_guide_learns_after_every_sample_but_the_last():
+    result, told = samples_after(scenes.tiny(16), Render(spp=4, guide=SMALL))
+    assert told == [1, 2, 3, 4]
+    assert ["loss" in entry for entry in result.curve] == [True, True, True, False]
+
+
+def test_a_time_limit_ends_the_render_after_a_pass():
+    result, told = samples_after(scenes.tiny(8), Render(spp=1000, seconds=1e-6))
+    assert told == [CHECKED_EVERY]
+    assert result.finished
+    assert samples_after(scenes.tiny(8), Render(spp=10, seconds=1e6))[1] == [4, 8, 10]
+
+
+def half_noisy(size: int = 16):
+    """A wall of which the left half glows evenly and the right half is lit by a screen behind the camera."""
+    b = scenes.Builder()
+    b.quad((-9, 1, -9), (0, 1, -9), (0, 1, 9), (-9, 1, 9), scenes.material("even", emission=(1.0, 1.0, 1.0)))
+    b.quad((0, 1, -9), (9, 1, -9), (9, 1, 9), (0, 1, 9), scenes.material("grey", (0.5, 0.5, 0.5)))
+    b.quad((-2, -1, -2), (2, -1, -2), (2, -1, 2), (-2, -1, 2), scenes.material("screen", emission=(1.0, 1.0, 1.0)))
+    return b.scene(scenes.look((0, 0, 0), (0, 1, 0), 90, size, size), max_bounces=1)
+
+
+def test_only_noisy_pixels_are_sampled_on():
+    result, _ = samples_after(half_noisy(), Render(spp=64, noise=0.01))
+    counts = result.film.counts
+    assert (counts[:, :6] == LEAST_SAMPLES).all()  # beyond a noisy pixel's neighbours
+    assert (counts[:, 9:] == 64).all()
+    assert result.finished
+
+
+def test_a_pixel_is_sampled_until_it_is_quiet():
+    """And its samples are the first ones of a render that takes them all."""
+    settings, seen = Render(spp=4096, noise=0.05), []
+    result = render(half_noisy(8), settings, MACHINE, lambda state: seen.append((state.film.noise(), state.film.counts.copy())))
+    assert LEAST_SAMPLES < result.film.samples < settings.spp
+    assert (result.film.noise() <= settings.noise).all()
+    for (noise, counts), (_, later) in itertools.pairwise(seen[LEAST_SAMPLES // CHECKED_EVERY - 1 :]):
+        assert (later > counts)[noise > settings.noise].all()
+    unbroken = render(half_noisy(8), replace(settings, noise=0.0, spp=result.film.samples), MACHINE).film
+    most = result.film.counts == result.film.samples
+    np.testing.assert_array_equal(result.image[most], unbroken.mean()[most])
+
+
+def test_a_threshold_that_all_pixels_meet_ends_the_render():
+    result, told = samples_after(half_noisy(), Render(spp=64, noise=1.0))
+    assert told == [4, 8, 12, 16]
+    assert result.finished
+
+
+@pytest.mark.parametrize("guide", [Render().guide, SMALL], ids=lambda guide: guide.kind)
+@pytest.mark.parametrize("gain", [1.0, 100.0])
+def test_what_is_not_a_number_is_refused_by_pixel(gain, guide):
+    """A light in two pixels behind a sheet that multiplies it beyond what single precision holds."""
+    b = scenes.Builder()
+    b.quad((-0.9, 1, -0.3), (-0.6, 1, -0.3), (-0.6, 1, -0.1), (-0.9, 1, -0.1), scenes.material("sun", emission=(1e37, 1e37, 1e37)))
+    b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", gain),)))
+    scene = b.scene(scenes.look((0, 0, 0), (0, 1, 0), 90, 8, 8))
+    if gain == 1:
+        assert np.isfinite(render(scene, Render(spp=2, guide=guide), MACHINE).image).all()
+        return
+    with pytest.raises(FloatingPointError, match=r"^pixel \([01], [45]\) received radiance that is not a finite number$"):
+        render(scene, Render(spp=2, guide=guide), MACHINE)
