@@ -40,6 +40,6 @@ setattr(numba.core.config, "CACHE_DIR", str(cache_home() / "kernels" / source_ke
 _options: Any = {"_nrt": False, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "no_cfunc_wrapper": True}
 
 # What Python calls: kept on disk with everything it calls.
-kernel = numba.njit(**(_options | {"cache": True}))
+kernel = numba.njit(cache=True, **_options)
 # What only kernels call: compiled into them. Without wrappers and files of its own it takes half the time.
-part = numba.njit(no_cpython_wrapper=True, **_options)
+part = numba.njit(**(_options | {"no_cpython_wrapper": True}))

@@ -57,12 +57,12 @@ def _of_mesh_object(thing: bpy.types.Object, held_out: bool) -> Iterator[str]:
     if thing.light_linking.receiver_collection or thing.light_linking.blocker_collection:
         yield "light linking: lights everything"
     if hasattr(thing, "cycles"):
-        yield from _of_terminator(thing.cycles)
+        yield from _of_terminator(thing.cycles, smooth=thing.data.normals_domain != "FACE")
 
 
-def _of_terminator(cycles: Any) -> Iterator[str]:
+def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:
     geometry = cycles.shadow_terminator_geometry_offset
-    if abs(geometry - _GRAZING) > 1e-6:
+    if smooth and abs(geometry - _GRAZING) > 1e-6:
         yield f"shadow terminator, geometry offset {geometry:g}: {_GRAZING} stands in"
     if cycles.shadow_terminator_offset:
         yield f"shadow terminator, shading offset {cycles.shadow_terminator_offset:g}: 0 stands in"

@@ -74,6 +74,15 @@ def test_light_linking(run: Export, plane: bpy.types.Object):
     assert lines(run()) == ["Plane, : light linking: lights everything"]
 
 
+def test_shadow_terminators(run: Export, plane: bpy.types.Object):
+    plane.cycles.shadow_terminator_geometry_offset = 0.25
+    assert lines(run()) == []  # nothing to see on a flat surface
+    plane.data.shade_smooth()
+    plane.cycles.shadow_terminator_offset = 0.5
+    settings = ("geometry offset 0.25: 0.1", "shading offset 0.5: 0")
+    assert lines(run()) == [f"Plane, : shadow terminator, {setting} stands in" for setting in settings]
+
+
 @pytest.mark.parametrize(("setting", "word"), [("use_multiview", "stereoscopy"), ("use_freestyle", "freestyle")])
 def test_render_settings(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object, setting: str, word: str):
     setattr(scene.render, setting, True)

@@ -190,10 +190,6 @@ def camera(s: SceneData, **values: Any) -> dict[str, Any]:
     return {"camera": replace(s.camera, **values)}
 
 
-def coded(s: SceneData, *code: Instruction, closures: tuple[Closure, ...] = ()) -> dict[str, Any]:
-    return shader(s, 0, code=code, closures=closures)
-
-
 def unlit(s: SceneData) -> dict[str, Any]:
     """No lamp, and nothing that emits."""
     dark = tuple(replace(part, closures=tuple(c for c in part.closures if not emits(c))) for part in s.shaders)
@@ -244,11 +240,11 @@ FAULTS = {
     "emission=(1.0, -1.0": lambda s: lamp(s, emission=(1.0, -1.0, 1.0)),
     "radius=nan": lambda s: lamp(s, radius=NAN),
     "radius=-1.0": lambda s: lamp(s, radius=-1.0),
-    "step 0, math, reads": lambda s: coded(s, Instruction("math", (Node(0), 1.0, 0.0), "ADD", (0,))),
-    "step 1, invert, reads": lambda s: coded(s, Instruction("normal"), Instruction("invert", (1.0, Node(2)))),
-    "reads step 1 of 1": lambda s: coded(s, Instruction("normal"), closures=(Closure("diffuse", 1.0, {"color": Node(1)}),)),
-    "has the value (nan": lambda s: coded(s, closures=(Closure("diffuse", 1.0, {"color": (NAN, 0.0, 0.0)}),)),
-    "has the value inf": lambda s: coded(s, closures=(Closure("diffuse", INF),)),
+    "step 0, math, reads": lambda s: shader(s, code=(Instruction("math", (Node(0), 1.0, 0.0), "ADD", (0,)),)),
+    "step 1, invert, reads": lambda s: shader(s, code=(Instruction("normal"), Instruction("invert", (1.0, Node(2))))),
+    "reads step 1 of 1": lambda s: shader(s, code=(Instruction("normal"),), closures=(Closure("diffuse", 1.0, {"color": Node(1)}),)),
+    "has the value (nan": lambda s: shader(s, closures=(Closure("diffuse", 1.0, {"color": (NAN, 0.0, 0.0)}),)),
+    "has the value inf": lambda s: shader(s, closures=(Closure("diffuse", INF),)),
     "shader 'sky' has the value nan": lambda s: {"world": Shader("sky", (Instruction("invert", (NAN, 1.0)),))},
     "no light": unlit,
 }

@@ -3,7 +3,20 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from . import cameras, edges, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
 from .registry import CASES, Case
 
-__all__ = ["CASES", "Case", "cameras", "geometry", "integrator", "lamps", "lighting", "patterns", "principled", "surfaces", "textures"]
+__all__ = [
+    "CASES",
+    "Case",
+    "cameras",
+    "edges",
+    "geometry",
+    "integrator",
+    "lamps",
+    "lighting",
+    "patterns",
+    "principled",
+    "surfaces",
+    "textures",
+]
