@@ -45,22 +45,22 @@ def bulge(surface, triangle, u, v, outside):
     corners = surface.triangles[triangle]
     a, b, c = vector(surface.vertices, corners[0]), vector(surface.vertices, corners[1]), vector(surface.vertices, corners[2])
     normals = surface.normal[triangle]
-    l, m, n = vector(normals, 0), vector(normals, 1), vector(normals, 2)  # noqa: E741  # of a, b and c
+    n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
     w = F(1) - u - v
-    between = add(add(scale(l, w), scale(m, u)), scale(n, v))
+    between = add(add(scale(n_a, w), scale(n_b, u)), scale(n_c, v))
     if dot(between, outside) < F(0):
-        l, m, n, between = scale(l, F(-1)), scale(m, F(-1)), scale(n, F(-1)), scale(between, F(-1))  # noqa: E741
+        n_a, n_b, n_c, between = scale(n_a, F(-1)), scale(n_b, F(-1)), scale(n_c, F(-1)), scale(between, F(-1))
     # Each edge is the chord of a parabola whose slope changes from end to end as the normals do.
-    parabolas = w * u * _turn(a, b, l, m) + u * v * _turn(b, c, m, n) + v * w * _turn(c, a, n, l)
+    parabolas = w * u * _turn(a, b, n_a, n_b) + u * v * _turn(b, c, n_b, n_c) + v * w * _turn(c, a, n_c, n_a)
     x = add(add(scale(a, w), scale(b, u)), scale(c, v))
-    planes = min(_below(x, a, b, c, l), _below(x, b, c, a, m), _below(x, c, a, b, n))
+    planes = min(_below(x, a, b, c, n_a), _below(x, b, c, a, n_b), _below(x, c, a, b, n_c))
     return scale(between, max(planes, F(0.5) * parabolas))
 
 
 @part
-def _turn(a, b, n, m):
-    """How much the normals n at a and m at b turn away from each other, times the length of the edge."""
-    return dot(subtract(m, n), subtract(b, a))
+def _turn(a, b, n_a, n_b):
+    """How much the normals turn away from each other between a and b, times the length of the edge."""
+    return dot(subtract(n_b, n_a), subtract(b, a))
 
 
 @part
