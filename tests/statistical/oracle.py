@@ -37,14 +37,16 @@ def build(path: Path) -> None:
     scene.world = bpy.data.worlds.new("Sky")
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.4, 0.6, 0.9, 1)
     scene.render.resolution_y = scene.render.resolution_x
+    scene.cycles.pixel_filter_type = "BOX"  # here, too, so that it is exported
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 
 
 def render(folder: Path, size: int, spp: int, seeds: int) -> None:
-    """Writes 0.exr, 1.exr, ...; linear, 32 bits."""
+    """Writes 0.exr, 1.exr, ...; linear, 32 bits, `size` pixels along the longer side."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    scene.render.resolution_x = scene.render.resolution_y = size
+    width, height = scene.render.resolution_x, scene.render.resolution_y
+    scene.render.resolution_x, scene.render.resolution_y = (round(side * size / max(width, height)) for side in (width, height))
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
     cycles = scene.cycles
     cycles.samples, cycles.pixel_filter_type = spp, "BOX"
