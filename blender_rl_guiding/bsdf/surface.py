@@ -9,10 +9,9 @@ surfaces would show at the terminator.
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F, add, dot, luminance, scale
+from ..sampling import F, add, dot, scale
 from ..scene import description
-from . import closures, diffuse, glass, glossy, oren_nayar, principled, sheen, translucent
-from .inputs import columns, gather, kind
+from . import diffuse, glass, glossy, oren_nayar, sheen, translucent
 from .lobe import (
     ALBEDO,
     BUMPED,
@@ -30,10 +29,10 @@ from .lobe import (
     TRANSLUCENT,
     WEIGHT,
     get,
-    put,
 )
 from .lobe import SINGULAR as IS_SINGULAR
 from .normals import bump_shadowing, leaks
+from .scatter import emission, scatter, scatter_plain, transparency
 
 __all__ = [
     "COLUMNS",
@@ -58,109 +57,7 @@ __all__ = [
 SINGULAR = 64  # in labels, beside the kinds of rays: the direction is the only one, and has no density
 
 _BLACK = (F(0), F(0), F(0))
-_TRANSPARENT = columns("transparent")
-_K_DIFFUSE, _K_TRANSLUCENT, _K_TRANSPARENT, _K_EMISSION = kind("diffuse"), kind("translucent"), kind("transparent"), kind("emission")
-_K_GLOSSY, _K_METALLIC, _K_GLASS, _K_REFRACTION = kind("glossy"), kind("metallic"), kind("glass"), kind("refraction")
-_K_PRINCIPLED = kind("principled")
 _R_DIFFUSE, _R_GLOSSY, _R_TRANSMISSION = description.DIFFUSE, description.GLOSSY, description.TRANSMISSION
-
-
-# --- from closures to lobes ------------------------------------------------------------------------------------------
-
-
-@part
-def scatter(shading, shader, point, registers, lobes):
-    """Write the lobes of a shader whose code has run; returns their number, emission and transparency.
-
-    Emission is radiance towards wo, RGB; transparency the share of light that passes straight on, RGB. The lobes' probabilities
-    are proportional to the luminance of their albedos.
-    """
-    count, emitted, passing = np.int64(0), _BLACK, _BLACK  # not a literal, for which all lobes would be compiled once more
-    for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
-        which = gather(shading, registers, row)
-        if which == _K_DIFFUSE:
-            count = closures.add_diffuse(registers, point, lobes, count)
-        elif which == _K_PRINCIPLED:
-            count = principled.add_principled(registers, point, lobes, count)
-            emitted = add(emitted, principled.emission(registers, point))
-            passing = add(passing, principled.transparency(registers))
-        elif which == _K_EMISSION:
-            emitted = add(emitted, closures.emission(registers))
-        elif which == _K_TRANSPARENT:
-            passing = add(passing, closures.tinted_weight(registers, _TRANSPARENT.color))
-        else:
-            count = _add(which, registers, point, lobes, count)
-    _normalize(lobes, count)
-    return count, emitted, passing
-
-
-@part
-def scatter_plain(color, n, lobes):
-    """`scatter` for a constant Lambert: most surfaces, without the detours."""
-    lobes[0, KIND], lobes[0, PROBABILITY], lobes[0, IS_SINGULAR], lobes[0, BUMPED] = DIFFUSE, F(1), F(0), F(0)
-    put(lobes, 0, NORMAL, n)
-    put(lobes, 0, WEIGHT, color)
-    put(lobes, 0, ALBEDO, color)
-    return np.int64(luminance(color) > F(0))
-
-
-@part
-def _add(which, registers, point, lobes, count):
-    """Write the lobes of one of the rarer closures; returns the new number of lobes."""
-    if which == _K_GLOSSY:
-        return closures.add_glossy(registers, point, lobes, count)
-    if which == _K_METALLIC:
-        return closures.add_metallic(registers, point, lobes, count)
-    if which == _K_GLASS:
-        return closures.add_glass(registers, point, lobes, count)
-    if which == _K_REFRACTION:
-        return closures.add_refraction(registers, point, lobes, count)
-    if which == _K_TRANSLUCENT:
-        return closures.add_translucent(registers, point, lobes, count)
-    return closures.add_sheen(registers, point, lobes, count)
-
-
-@part
-def _normalize(lobes, count):
-    """Make the lobes' probabilities sum to 1."""
-    if count == 1:
-        lobes[0, PROBABILITY] = F(1)
-        return
-    total = F(0)
-    for k in range(count):
-        total += lobes[k, PROBABILITY]
-    for k in range(count):
-        lobes[k, PROBABILITY] /= total
-
-
-@part
-def emission(shading, shader, point, registers):
-    """Radiance towards wo, RGB; also that of the world."""
-    total = _BLACK
-    for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
-        which = shading.closures[row, 0]
-        if which == _K_EMISSION:
-            gather(shading, registers, row)
-            total = add(total, closures.emission(registers))
-        elif which == _K_PRINCIPLED:
-            gather(shading, registers, row)
-            total = add(total, principled.emission(registers, point))
-    return total
-
-
-@part
-def transparency(shading, shader, point, registers):
-    """The share of light that passes straight on, RGB."""
-    total = _BLACK
-    for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
-        which = shading.closures[row, 0]
-        if which == _K_TRANSPARENT:
-            gather(shading, registers, row)
-            total = add(total, closures.tinted_weight(registers, _TRANSPARENT.color))
-        elif which == _K_PRINCIPLED:
-            gather(shading, registers, row)
-            total = add(total, principled.transparency(registers))
-    return total
 
 
 @part

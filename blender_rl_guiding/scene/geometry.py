@@ -158,6 +158,16 @@ def shading_normal(surface, triangle, u, v, face_normal):
 
 
 @part
+def facing(surface, rays, triangle, ray):
+    """Unit shading and geometric normal of the hit in `rays`, on the side that the ray comes from; and whether that is behind."""
+    ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
+    n = shading_normal(surface, triangle, rays.floats[U], rays.floats[V], ng)
+    if dot(ng, ray) <= F(0):
+        return n, ng, False
+    return scale(n, F(-1)), scale(ng, F(-1)), True
+
+
+@part
 def off_surface(point, side, distance):
     """Move a hit point along the unit vector `side`, by more than the rounding error of a hit at that distance."""
     size = max(max(abs(point[0]), abs(point[1])), max(abs(point[2]), distance))

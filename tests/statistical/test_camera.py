@@ -89,7 +89,7 @@ def test_clip_distances_of_panoramas_are_measured_along_the_ray():
 
 
 def gaussian(x: np.ndarray) -> np.ndarray:
-    """Two standard deviations of 1/12 to the width's end at 1/2, as Cycles has it."""
+    """Of a standard deviation of 1/12 where the table's ends are at 1/2, as Cycles has it."""
     return np.exp(-2 * (6 * x) ** 2)
 
 
@@ -98,12 +98,12 @@ def blackman_harris(x: np.ndarray) -> np.ndarray:
     return 0.35875 - 0.48829 * np.cos(turn) + 0.14128 * np.cos(2 * turn) - 0.01168 * np.cos(3 * turn)
 
 
-@pytest.mark.parametrize("curve", [gaussian, blackman_harris])
+@pytest.mark.parametrize(("curve", "reach"), [(gaussian, 3), (blackman_harris, 2)])  # in filter widths, from end to end
 @pytest.mark.parametrize("width", [1.0, 2.5])
-def test_samples_are_spread_by_the_filter(curve, width):
+def test_samples_are_spread_by_the_filter(curve, reach, width):
     camera = LENSES["perspective"]
     pixels, origins, directions, _ = rays(camera, Film(curve.__name__, width))
-    offset = (on_film(camera, origins, directions) - np.stack([pixels % WIDTH, pixels // WIDTH], axis=1) - 0.5) / width
+    offset = (on_film(camera, origins, directions) - np.stack([pixels % WIDTH, pixels // WIDTH], axis=1) - 0.5) / (width * reach)
     assert np.abs(offset).max() < 0.5 + 1e-4
     bins, fine = 20, 200
     masses = curve((np.arange(bins * fine) + 0.5) / (bins * fine) - 0.5).reshape(bins, fine).sum(axis=1)

@@ -1,0 +1,90 @@
+"""Light on its way to a vertex: lamps and surroundings that a ray meets, who sees an emitter, and what stands or lets pass in between."""
+
+import numpy as np
+
+from ..bsdf import surface as bsdf
+from ..kernels import part
+from ..lights.lamps import HITTABLE, SHADOW, VISIBILITY
+from ..lights.lamps import hit as hit_lamp
+from ..lights.world import world_pdf, world_radiance
+from ..references import ref
+from ..sampling import F, add, luminance, multiply, scale
+from ..scene.description import SHADOW as SHADOW_RAY
+from ..scene.geometry import FAR, U, V, closest, facing, occluded, off_surface
+from ..shading.evaluate import run
+from ..shading.operands import make_point
+
+ZERO, ONE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
+
+
+@part
+def lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee):
+    """What a ray from `start` receives from lamp k between `travelled` and `travelled + distance`, weighed against its being sampled."""
+    if not np.int32(lights.lamps[k, VISIBILITY]) & kind:
+        return ZERO
+    met, light, pdf_lamp = hit_lamp(lights.lamps, k, start, ray)
+    if met <= travelled or met > travelled + distance or pdf_lamp == F(0):
+        return ZERO
+    if nee and pdf > F(0):
+        light = scale(light, pdf / (pdf + pdf_lamp * lights.probability[lights.triangle.shape[0] + k]))
+    return light
+
+
+@part
+def surroundings(stage, registers, ray, pdf, kind, depth, nee):
+    """What arrives from the world, weighed against its being sampled."""
+    light = world_radiance(stage.shading, registers, ray, kind, depth)
+    if nee and pdf > F(0) and stage.lights.world_probability > F(0):
+        light = scale(light, pdf / (pdf + world_pdf(stage.lights.world, ray) * stage.lights.world_probability))
+    return light
+
+
+@part
+def stands_alone(lights, emitter, pdf):
+    """Whether rays cannot hit an emitter, so that sampling it counts in full; and whether things cast a shadow of its light."""
+    k = emitter - lights.triangle.shape[0]
+    if k < 0 or k >= lights.lamps.shape[0]:
+        return False, True
+    return pdf == F(0) or lights.lamps[k, HITTABLE] == F(0), lights.lamps[k, SHADOW] > F(0)
+
+
+@part
+def seen_by(stage, emitter):
+    """The kinds of rays that an emitter is visible to."""
+    triangles, lamps = stage.lights.triangle.shape[0], stage.lights.lamps.shape[0]
+    if emitter < triangles:
+        return np.int64(stage.visibility[stage.surface.object[stage.lights.triangle[emitter]]])
+    if emitter < triangles + lamps:
+        return np.int64(stage.lights.lamps[emitter - triangles, VISIBILITY])
+    return np.int64(stage.world_visibility)
+
+
+@part
+def passes_on(stage, passages, scratch, origin, wi, distance, depth):
+    """The share of light that gets from `distance` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight.
+
+    That may happen up to `passages` times.
+    """
+    reach = distance * F(1 - 1e-4)
+    if not stage.any_see_through:
+        return ZERO if occluded(stage.surface, scratch.rays, origin, wi, reach, SHADOW_RAY) else ONE
+    rays, share, travelled = scratch.rays, ONE, F(0)
+    for _ in range(passages + 1):
+        triangle = closest(stage.surface, rays, origin, wi, F(0), reach, np.int64(SHADOW_RAY))
+        if triangle < 0:
+            return share
+        shader = np.int64(stage.surface.material[triangle])
+        if not stage.see_through[shader]:
+            return ZERO
+        step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
+        n, ng, behind = facing(stage.surface, rays, triangle, wi)
+        x, object_ = add(origin, scale(wi, step)), stage.surface.object[triangle]
+        wo = scale(wi, F(-1))
+        travelled += step
+        point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, travelled, depth))
+        run(stage.shading, shader, point, scratch.registers)
+        share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
+        if luminance(share) <= F(0):
+            return ZERO
+        origin, reach = off_surface(x, scale(ng, F(-1)), step), reach - step
+    return ZERO
