@@ -119,11 +119,23 @@ def to_local(tangent, bitangent, n, v):
 
 
 @part
+def circle(turn):
+    """Cosine and sine of an angle in turns, from -1 to 1, within 2e-7; quicker than the library's."""
+    quarter = np.floor(F(4) * turn + F(0.5))
+    x = (turn - F(0.25) * quarter) * TWO_PI  # within an eighth of a turn, where few terms of the series are needed
+    s = x * x
+    sine = x + x * s * (F(-1 / 6) + s * (F(1 / 120) + s * (F(-1 / 5040) + s * F(1 / 362880))))
+    cosine = F(1) + s * (F(-1 / 2) + s * (F(1 / 24) + s * (F(-1 / 720) + s * F(1 / 40320))))
+    if np.int32(quarter) & 1:
+        cosine, sine = -sine, cosine
+    return (-cosine, -sine) if np.int32(quarter) & 2 else (cosine, sine)
+
+
+@part
 def cosine_hemisphere(u, v):
     """A direction around +z with pdf cos(theta) / pi, from two uniform numbers (Malley's method)."""
-    r = math.sqrt(u)
-    phi = TWO_PI * v
-    return r * math.cos(phi), r * math.sin(phi), math.sqrt(F(1) - u)
+    r, (x, y) = math.sqrt(u), circle(v)
+    return r * x, r * y, math.sqrt(F(1) - u)
 
 
 @part

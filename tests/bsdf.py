@@ -9,6 +9,7 @@ from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.sampling import F, store, vector
 from blender_rl_guiding.scene.description import CLOSURES
 from blender_rl_guiding.shading.operands import KINDS, NONE, Point, Shading
+from blender_rl_guiding.shading.program import closure_inputs
 
 Closure = tuple[str, dict]  # kind, inputs other than the defaults; "weight" among them
 
@@ -29,7 +30,9 @@ def shading_of(*closures: Closure) -> Shading:
     textures = np.zeros((0, 4), np.int64)
     code, tables = np.zeros((0, 12), np.int32), np.zeros((0, 256, 4), np.float32)
     attributes = none, np.zeros((0, 0), np.int64), none
-    return Shading(shaders, code, rows, np.array(constants, np.float32).reshape(-1, 3), tables, textures, *texels, *attributes)
+    numbers = np.array(constants, np.float32).reshape(-1, 3)
+    inputs = closure_inputs(rows, numbers)
+    return Shading(shaders, code, rows, *inputs.values(), numbers, tables, textures, *texels, *attributes)
 
 
 def vector_of(v) -> tuple:

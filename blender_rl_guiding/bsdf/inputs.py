@@ -6,15 +6,13 @@ Passing all shaders to every function of a lobe would cost each call a hundred a
 from collections import namedtuple
 
 from ..kernels import part
-from ..sampling import F, vector
+from ..sampling import F, store, vector
 from ..scene.description import CLOSURES
-from ..shading.operands import CODE_REGISTERS, KINDS, NONE, REGISTERS
+from ..shading.operands import CODE_REGISTERS, KINDS, REGISTERS
 from .lobe import normalized
 
-_LENGTHS = tuple(2 + len(inputs) for inputs in CLOSURES.values())  # columns of each kind of closure
-assert max(_LENGTHS) <= REGISTERS - CODE_REGISTERS
-
 WEIGHT = CODE_REGISTERS + 1  # the register of every closure's weight
+assert max(map(len, CLOSURES.values())) < REGISTERS - WEIGHT
 
 
 def columns(kind: str):
@@ -30,17 +28,12 @@ def kind(name: str) -> int:
 @part
 def gather(shading, registers, row):
     """Copy the weight and the inputs of a closure to their registers, zero where there is none; returns the closure's kind."""
-    # Reads operands as shading.operands.value does. To hand `shading` on for each would take longer than all that is done here.
-    closures, constants = shading.closures, shading.constants
-    which = closures[row, 0]
-    for column in range(1, _LENGTHS[which]):
-        operand, register = closures[row, column], WEIGHT - 1 + column
-        for i in range(3):
-            if operand >= 0:
-                registers[register, i] = constants[operand, i]
-            else:
-                registers[register, i] = F(0) if operand == NONE else registers[~operand, i]
-    return which
+    inputs = shading.inputs[row]
+    for k in range(inputs.shape[0]):  # all that any closure may have: moving them in one go is quicker than counting
+        store(registers, WEIGHT + k, vector(inputs, k))
+    for v in range(shading.first_varying[row], shading.first_varying[row + 1]):
+        store(registers, WEIGHT + shading.varying[v, 0], vector(registers, shading.varying[v, 1]))
+    return shading.closures[row, 0]
 
 
 @part

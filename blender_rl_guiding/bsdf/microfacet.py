@@ -6,7 +6,7 @@ Sources: Walter et al. 2007; Heitz 2014, 2018; sampling after Dupuy and Benyoub 
 import math
 
 from ..kernels import part
-from ..sampling import INV_PI, PI, TWO_PI, F, normalize
+from ..sampling import INV_PI, PI, F, circle, normalize
 
 
 @part
@@ -50,6 +50,6 @@ def visible_normal(alpha_x, alpha_y, v, u1, u2):
     stretched = normalize((alpha_x * v[0], alpha_y * v[1], v[2]))
     z = F(1) - u1 * (F(1) + stretched[2])
     r = math.sqrt(max(F(1) - z * z, F(0)))
-    phi = TWO_PI * u2
-    x, y = r * math.cos(phi) + stretched[0], r * math.sin(phi) + stretched[1]
+    cosine, sine = circle(u2)
+    x, y = r * cosine + stretched[0], r * sine + stretched[1]
     return normalize((alpha_x * x, alpha_y * y, max(z + stretched[2], F(1e-12))))

@@ -6,7 +6,7 @@ In the frame whose first axis lies towards wo, x' = a x + b z, y' = a y, z' = z 
 import math
 
 from ..kernels import part
-from ..sampling import INV_PI, TWO_PI, F, dot, normalize, scale, to_local, to_world
+from ..sampling import INV_PI, F, circle, dot, normalize, scale, to_local, to_world
 from .energy import sheen_fit
 from .frames import frame
 from .lobe import ALPHA_X, ALPHA_Y, NORMAL, SHEEN, TANGENT, WEIGHT, get, put, write
@@ -49,7 +49,8 @@ def sample(lobes, k, u, v):
     """A direction wi with the density of `pdf`."""
     a, b = lobes[k, _A], lobes[k, _B]
     r, z = math.sqrt(u), math.sqrt(F(1) - u)
-    x, y = r * math.cos(TWO_PI * v), r * math.sin(TWO_PI * v)
+    x, y = circle(v)
+    x, y = r * x, r * y
     n, tangent = get(lobes, k, NORMAL), get(lobes, k, TANGENT)
     _, bitangent = frame(n, tangent)
     return to_world(tangent, bitangent, n, normalize(((x - b * z) / a, y / a, z)))

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ..kernels import part
-from ..sampling import TWO_PI, F
+from ..sampling import TWO_PI, F, circle
 
 
 @part
@@ -25,8 +25,8 @@ def sample_patch(rows, columns, patch, u, v):
     """A local direction uniform in the patch."""
     cos_theta = (F(patch // columns) + u) / F(rows)
     sin_theta = math.sqrt(max(F(0), F(1) - cos_theta * cos_theta))
-    phi = TWO_PI * (F(patch % columns) + v) / F(columns)
-    return sin_theta * math.cos(phi), sin_theta * math.sin(phi), cos_theta
+    x, y = circle((F(patch % columns) + v) / F(columns))
+    return sin_theta * x, sin_theta * y, cos_theta
 
 
 def mean_cosines(rows: int, columns: int) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
 from ..references import ref
-from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle
+from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
 from ..scene.data import SceneData, emits
 from ..scene.description import CLOSURES
 from ..scene.geometry import shading_normal
@@ -28,7 +28,7 @@ class Lights(NamedTuple):
     pick: Alias
     probability: np.ndarray  # (n,) float32, of picking each emitter
     triangle: np.ndarray  # (T,) int32, index in the scene
-    corners: np.ndarray  # (T, 3, 3) float32
+    faces: np.ndarray  # (T, 4, 3) float32, see `triangle_faces`
     pdf_area: np.ndarray  # (S,) float32, pdf per area of having picked a point on a surface with shader s; 0 where it does not emit
     constant: np.ndarray  # (S,) bool, whether shader s emits the same everywhere and in all directions
     radiance: np.ndarray  # (S, 3) float32, what it emits then
@@ -63,7 +63,7 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
         pick=alias_table(share if share.any() else np.ones(len(share))),
         probability=share.astype(np.float32),
         triangle=triangle,
-        corners=scene.vertices[scene.triangles[triangle]],
+        faces=triangle_faces(scene, triangle),
         pdf_area=pdf_area,
         constant=constant,
         radiance=radiance,
@@ -121,18 +121,18 @@ def _mean_radiance(scene, shading, surface, triangle, area, constant) -> np.ndar
         cdf = np.cumsum(area[own])
         probes = 1 if constant[shader] else PROBES
         chosen = own[np.searchsorted(cdf, (np.arange(probes) + 0.5) / probes * cdf[-1]).clip(max=len(own) - 1)]
-        radiance[shader] = probe(shading, surface, registers, triangle[chosen], scene.vertices[scene.triangles[triangle[chosen]]])
+        radiance[shader] = probe(shading, surface, registers, triangle[chosen], triangle_faces(scene, triangle[chosen]))
     return radiance
 
 
 @kernel
-def probe(shading, surface, registers, triangles, corners):
+def probe(shading, surface, registers, triangles, faces):
     """Mean emission at a random point of each of the triangles, seen from above."""
     shading, surface = ref(shading), ref(surface)
     r, g, b = F(0), F(0), F(0)
     for i in range(triangles.shape[0]):
         u, v = uniform_triangle(*uniform2(stream(0, i, 0), 0))
-        x, n, _ = on_triangle(corners, i, u, v)
+        x, n = on_face(faces, i, u, v)
         light = triangle_radiance(shading, surface, registers, np.int64(triangles[i]), x, n, n, u, v, F(1), np.int64(0), np.int64(0))
         r, g, b = r + light[0], g + light[1], b + light[2]
     return scale((r, g, b), F(1) / F(triangles.shape[0]))
@@ -145,15 +145,20 @@ def _world(scene: SceneData, shading: Shading) -> tuple[WorldMap, float]:
     return WorldMap(alias_table(np.ones(1)), np.zeros((1, 1), np.float32)), 0.0
 
 
+def triangle_faces(scene: SceneData, triangles: np.ndarray) -> np.ndarray:
+    """(T, 4, 3) float32 of each triangle: its first corner, the edges from there to the second and the third, and its unit normal."""
+    a, b, c = scene.vertices[scene.triangles[triangles].T]
+    e, f = b - a, c - a
+    n = np.cross(e, f)
+    return np.stack([a, e, f, n / np.linalg.norm(n, axis=1, keepdims=True)], axis=1)
+
+
 @part
-def on_triangle(corners, i, u, v):
-    """Point, unit normal and area of triangle i at barycentrics u, v."""
-    p = corners[i]
-    a = (p[0, 0], p[0, 1], p[0, 2])
-    e, f = subtract((p[1, 0], p[1, 1], p[1, 2]), a), subtract((p[2, 0], p[2, 1], p[2, 2]), a)
-    x, y, z = e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]
-    twice = np.sqrt(x * x + y * y + z * z)
-    return add(a, add(scale(e, u), scale(f, v))), scale((x, y, z), F(1) / twice), F(0.5) * twice
+def on_face(faces, i, u, v):
+    """Point and unit normal of a triangle at barycentrics u, v."""
+    p = faces[i]
+    x = add(vector(p, 0), add(scale(vector(p, 1), u), scale(vector(p, 2), v)))
+    return x, vector(p, 3)
 
 
 @part
@@ -182,7 +187,7 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, second_c
     triangles, lamps = lights.triangle.shape[0], lights.lamps.shape[0]
     if emitter < triangles:
         a, b = uniform_triangle(u, v)
-        y, n, _ = on_triangle(lights.corners, emitter, a, b)
+        y, n = on_face(lights.faces, emitter, a, b)
         to_light = subtract(y, x)
         squared = max(dot(to_light, to_light), F(1e-20))
         distance = np.sqrt(squared)

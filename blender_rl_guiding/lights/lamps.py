@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..kernels import part
-from ..sampling import INV_PI, PI, TWO_PI, F, add, cross, dot, scale, subtract, tangents
+from ..sampling import INV_PI, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
 from ..scene.description import Lamp
 
 POINT, SPOT, SUN, AREA = range(4)
@@ -121,23 +121,31 @@ def _sample_ball(lamps, k, x, u, v):
     axis = scale(to_centre, F(1) / distance)
     if r == F(0):
         return axis, distance, scale(_ball_radiance(lamps, k, axis), F(1) / squared), F(0)
-    t, b = tangents(axis)
     if lamps[k, SOFT] > F(0):
-        rho, phi = r * math.sqrt(u), TWO_PI * v
-        y = add(to_centre, add(scale(t, rho * math.cos(phi)), scale(b, rho * math.sin(phi))))
+        t, b = tangents(axis)
+        rho, (cosine, sine) = r * math.sqrt(u), circle(v)
+        y = add(to_centre, add(scale(t, rho * cosine), scale(b, rho * sine)))
         far = math.sqrt(dot(y, y))
         wi = scale(y, F(1) / far)
         return wi, far, _ball_radiance(lamps, k, wi), far * far * INV_PI / (r * r * dot(axis, wi))
     if distance <= r:  # from within, everything is in view
-        z, phi = F(1) - F(2) * u, TWO_PI * v
+        z, (a, b) = F(1) - F(2) * u, circle(v)
         rho = math.sqrt(max(F(0), F(1) - z * z))
-        wi = (rho * math.cos(phi), rho * math.sin(phi), z)
+        wi = (rho * a, rho * b, z)
         return wi, _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), F(0.25) * INV_PI
     opening = _opening(r, distance)
-    cosine, phi = F(1) - u * opening, TWO_PI * v
-    sine = math.sqrt(max(F(0), F(1) - cosine * cosine))
-    wi = add(scale(axis, cosine), add(scale(t, sine * math.cos(phi)), scale(b, sine * math.sin(phi))))
+    wi = _in_cone(axis, opening, u, v)
     return wi, _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), F(1) / (TWO_PI * opening)
+
+
+@part
+def _in_cone(axis, opening, u, v):
+    """A direction around the axis, uniform over the solid angle 2 pi opening; `opening` is 1 - cos of the half angle."""
+    t, b = tangents(axis)
+    x, y = circle(v)
+    z = F(1) - u * opening
+    sine = math.sqrt(max(F(0), F(1) - z * z))
+    return to_world(t, b, axis, (sine * x, sine * y, z))
 
 
 @part
@@ -192,11 +200,8 @@ def _sample_sun(lamps, k, u, v):
     axis, angle = _three(lamps, k, AXIS_Z), lamps[k, RADIUS]
     if angle == F(0):
         return axis, NOWHERE, _three(lamps, k, EMISSION), F(0)
-    t, b = tangents(axis)
     opening = F(2) * math.sin(F(0.5) * angle) ** F(2)
-    cosine, phi = F(1) - u * opening, TWO_PI * v
-    sine = math.sqrt(max(F(0), F(1) - cosine * cosine))
-    wi = add(scale(axis, cosine), add(scale(t, sine * math.cos(phi)), scale(b, sine * math.sin(phi))))
+    wi = _in_cone(axis, opening, u, v)
     return wi, NOWHERE, _sun_radiance(lamps, k), F(1) / (TWO_PI * opening)
 
 
@@ -242,8 +247,8 @@ def _sample_area(lamps, k, x, u, v):
         return _sample_beam(lamps, k, x)
     a, b = u - F(0.5), v - F(0.5)
     if lamps[k, ELLIPSE] > F(0):
-        rho, phi = F(0.5) * math.sqrt(u), TWO_PI * v
-        a, b = rho * math.cos(phi), rho * math.sin(phi)
+        rho, (a, b) = F(0.5) * math.sqrt(u), circle(v)
+        a, b = rho * a, rho * b
     centre = subtract(_three(lamps, k, POSITION), x)
     y = add(centre, add(scale(_three(lamps, k, AXIS_X), a * lamps[k, WIDTH]), scale(_three(lamps, k, AXIS_Y), b * lamps[k, HEIGHT])))
     squared = max(dot(y, y), F(1e-12))

@@ -8,7 +8,7 @@ import numpy as np
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
 from ..references import ref
-from ..sampling import PI, TWO_PI, F, luminance, scale
+from ..sampling import PI, TWO_PI, F, circle, luminance, scale
 from ..shading.evaluate import run
 from ..shading.operands import REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
@@ -71,8 +71,8 @@ def sample_world(world, choice, u, v):
     # Uniform in solid angle within the cell.
     top, bottom = math.cos(F(row) * (PI / F(ROWS))), math.cos(F(row + 1) * (PI / F(ROWS)))
     z = top + (bottom - top) * u
-    r, phi = math.sqrt(max(F(0), F(1) - z * z)), (F(column) + v) * (TWO_PI / F(COLUMNS))
-    return r * math.cos(phi), r * math.sin(phi), z
+    r, (x, y) = math.sqrt(max(F(0), F(1) - z * z)), circle((F(column) + v) * F(1 / COLUMNS))
+    return r * x, r * y, z
 
 
 @part

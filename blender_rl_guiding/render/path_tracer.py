@@ -83,8 +83,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         distance = rays.floats[FAR] if triangle >= 0 else F(np.inf)
         hit_u, hit_v = rays.floats[U], rays.floats[V]
         counts[0] += 1
-        record, roulette = uniform2(key, dimension)
-        recorded = segment and scattered < learnable and learnt < MOST_LEARNT and record < share
+        recorded = share > F(0) and segment and scattered < learnable and learnt < MOST_LEARNT and uniform2(key, dimension)[0] < share
         counts[1] += segment
         learnt += recorded
 
@@ -135,16 +134,14 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         # --- passing straight ------------------------------------------------------------------------------------------------
         straight, solid = luminance(passing), luminance(colour)
         chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
-        choice, patch_choice = uniform2(key, dimension + 5)
         if transparent > limits.transparent:
             break
-        if choice < chance_straight:
+        if straight > F(0) and uniform2(key, dimension + 5)[0] < chance_straight:
             transparent += 1
             factor = scale(passing, F(1) / chance_straight)
             beta, through = multiply(beta, factor), through * luminance(factor)
             origin, near, far = off_surface(x, scale(ng, F(-1)), distance), F(0), far - distance
             continue
-        choice = (choice - chance_straight) / (F(1) - chance_straight)
         beta = scale(beta, F(1) / (F(1) - chance_straight))
         if features and not seen:
             write_features(passes, pixel, stage.lens, x, n, colour)
@@ -167,7 +164,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
             break
         if scattered > limits.roulette:
             survival = min(F(1), math.sqrt(max(beta[0], max(beta[1], beta[2]))))
-            if roulette >= survival:
+            if uniform2(key, dimension)[1] >= survival:
                 break
             beta = scale(beta, F(1) / survival)
 
@@ -216,6 +213,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         lobe, rest = bsdf.pick(lobes, lobes_count, pick_choice)
         if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
             t, b = tangents(n)
+            patch_choice = uniform2(key, dimension + 5)[1]
             ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
             label = np.int64(DIFFUSE if dot(ng, ray) > F(0) else 0)
         else:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import part
-from ..sampling import TWO_PI, F, add, normalize, pick, scale, subtract
+from ..sampling import TWO_PI, F, add, circle, normalize, pick, scale, subtract
 from .data import SceneData
 
 PERSPECTIVE, ORTHOGRAPHIC, PANORAMA = range(3)
@@ -84,8 +84,8 @@ def _filtered(lens, u):
 def _aperture(lens, u, v):
     """A point on the aperture of radius 1: a disc, or a regular polygon of as many corners as there are blades."""
     if lens.blades < 3:
-        r, phi = math.sqrt(u), TWO_PI * v
-        return r * math.cos(phi), r * math.sin(phi)
+        r, (x, y) = math.sqrt(u), circle(v)
+        return r * x, r * y
     # A triangle between the centre and two neighbouring corners.
     corner = np.floor(u * F(lens.blades))
     u = u * F(lens.blades) - corner

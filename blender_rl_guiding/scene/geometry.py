@@ -12,8 +12,8 @@ import llvmlite.binding
 import numpy as np
 from numba import types
 
-from ..kernels import part
-from ..sampling import F, add, dot, normalize, scale
+from ..kernels import kernel, part
+from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
 from .data import SceneData
 
 _TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
@@ -64,6 +64,7 @@ class Surface(NamedTuple):
     vertices: np.ndarray  # (V, 3) float32
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
+    smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
     material: np.ndarray  # (T,) int32
     object: np.ndarray  # (T,) int32
 
@@ -82,7 +83,9 @@ class Geometry:
         _library.rtcCommitScene(handle)
         if error := _library.rtcGetDeviceError(device):
             raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles: error {error}")
-        self.surface = Surface(handle, first, scene.vertices, scene.triangles, scene.normals, scene.material, scene.object)
+        smooth = np.empty(len(scene.triangles), bool)
+        find_smooth(scene.vertices, scene.triangles, scene.normals, smooth)
+        self.surface = Surface(handle, first, scene.vertices, scene.triangles, scene.normals, smooth, scene.material, scene.object)
 
     def _attach(self, device: int, handle: int) -> np.ndarray:
         """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""
@@ -106,6 +109,22 @@ class Geometry:
 def _release(scene: int, device: int) -> None:
     _library.rtcReleaseScene(scene)
     _library.rtcReleaseDevice(device)
+
+
+@kernel
+def find_smooth(vertices, triangles, normals, smooth):
+    """Write which triangles have shading normals of their own, by more than rounding."""
+    for i in range(triangles.shape[0]):
+        p, n = triangles[i], normals[i]
+        a = vector(vertices, p[0])
+        own = normalize(cross(subtract(vector(vertices, p[1]), a), subtract(vector(vertices, p[2]), a)))
+        smooth[i] = _differ(own, vector(n, 0)) or _differ(own, vector(n, 1)) or _differ(own, vector(n, 2))
+
+
+@part
+def _differ(a, b):
+    d = subtract(a, b)
+    return dot(d, d) > F(1e-10)
 
 
 def rays() -> Rays:
@@ -150,7 +169,9 @@ def occluded(surface, rays, origin, direction, far, seen_by):
 
 @part
 def shading_normal(surface, triangle, u, v, face_normal):
-    """The interpolated unit normal at barycentrics u, v; the face's own where the corners' normals cancel."""
+    """The interpolated unit normal at barycentrics u, v; the face's own where it is flat, and where the corners' normals cancel."""
+    if not surface.smooth[triangle]:
+        return face_normal
     n = surface.normal[triangle]
     a, b, c = (n[0, 0], n[0, 1], n[0, 2]), (n[1, 0], n[1, 1], n[1, 2]), (n[2, 0], n[2, 1], n[2, 2])
     between = add(add(scale(a, F(1) - u - v), scale(b, u)), scale(c, v))

@@ -20,7 +20,7 @@ def shadow_ray(surface, triangle, u, v, x, n, ng, wi, distance, travelled):
     above = off_surface(x, ng, travelled)
     upwards = dot(n, wi) > F(0)
     outside, cosine = (ng, dot(n, wi)) if upwards else (scale(ng, F(-1)), -dot(n, wi))
-    amount = share(cosine, dot(outside, wi))
+    amount = share(cosine, dot(outside, wi)) if surface.smooth[triangle] else F(0)
     if upwards and amount == F(0):
         return above, wi, distance
     lifted = off_surface(x, outside, travelled)

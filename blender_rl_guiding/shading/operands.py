@@ -23,6 +23,9 @@ class Shading(NamedTuple):
     shaders: np.ndarray  # (S, 4) int32: first and end of its code, first and end of its closures
     code: np.ndarray  # (I, 12) int32: op, mode, register written, up to 5 operands, up to 4 options
     closures: np.ndarray  # (K, 32) int32: kind, operand of the weight, operands of the inputs in the order of CLOSURES[kind]
+    inputs: np.ndarray  # (K, 31, 3) float32: the weight and the inputs of each closure, those that vary left out
+    varying: np.ndarray  # (V, 2) int32: of the inputs that vary, the place in `inputs` and the register that has the value
+    first_varying: np.ndarray  # (K + 1,) int32: the first row there of each closure
     constants: np.ndarray  # (C, 3) float32
     tables: np.ndarray  # (R, 256, 4) float32
     textures: np.ndarray  # (X, 4) int64: first texel, width, height, kind of texels

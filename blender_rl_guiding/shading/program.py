@@ -105,11 +105,14 @@ class Program:
 
     def into(self, assets: Shading) -> Shading:
         """The assets with this program."""
+        closures = np.array(self._closures, np.int32).reshape(-1, CLOSURE_COLUMNS)
+        constants = np.array(list(self._constants), np.float32)
         program = assets._replace(
             shaders=np.array(self._shaders, np.int32),
             code=np.array(self._code, np.int32).reshape(-1, STEP_COLUMNS),
-            closures=np.array(self._closures, np.int32).reshape(-1, CLOSURE_COLUMNS),
-            constants=np.array(list(self._constants), np.float32),
+            closures=closures,
+            constants=constants,
+            **closure_inputs(closures, constants),
         )
         for array in program:
             array.setflags(write=False)  # always, because kernels are compiled anew for arrays that can be written to
@@ -133,6 +136,17 @@ class Program:
         return self._constants.setdefault(triple, len(self._constants))
 
 
+def closure_inputs(closures: np.ndarray, constants: np.ndarray) -> dict[str, np.ndarray]:
+    """What `bsdf.inputs.gather` reads: the fields inputs, varying and first_varying of Shading."""
+    operands = closures[:, 1:]
+    row, column = np.nonzero((operands < 0) & (operands != NONE))
+    return {
+        "inputs": np.where((operands >= 0)[..., None], constants[operands.clip(0)], F(0)),
+        "varying": np.stack([column, ~operands[row, column]], axis=1).astype(np.int32),
+        "first_varying": np.searchsorted(row, np.arange(len(closures) + 1)).astype(np.int32),
+    }
+
+
 def _padded(numbers: list[int], length: int) -> list[int]:
     return numbers + [0] * (length - len(numbers))
 
@@ -153,6 +167,9 @@ def _assets(scene: SceneData, bumps: bool) -> Shading:
         shaders=empty,
         code=empty,
         closures=empty,
+        inputs=np.zeros((0, 0, 3), np.float32),
+        varying=empty,
+        first_varying=np.zeros(1, np.int32),
         constants=np.zeros((1, 3), np.float32),
         tables=scene.tables,
         **_texels(scene.textures),

@@ -112,3 +112,17 @@ def test_local_and_world_are_inverse():
     again, up = there_and_back(n, v)
     np.testing.assert_allclose(again, v, atol=1e-6)
     np.testing.assert_allclose(up, n, atol=1e-7)
+
+
+@kernel
+def circles(turns, out):
+    for i in range(len(turns)):
+        out[i, 0], out[i, 1] = sampling.circle(turns[i])
+
+
+def test_circle_is_cosine_and_sine():
+    turns = np.linspace(-1, 1, 100_001, dtype=np.float32)
+    found = np.empty((len(turns), 2), np.float32)
+    circles(turns, found)
+    angles = 2 * np.pi * turns.astype(np.float64)
+    np.testing.assert_allclose(found, np.stack([np.cos(angles), np.sin(angles)], axis=1), rtol=0, atol=2e-7)
