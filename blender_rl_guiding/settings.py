@@ -100,4 +100,4 @@ class Machine(Settings):
     """How the work is laid out on this machine; the image does not depend on it."""
 
     threads: int = setting(0, "Rendering threads; 0 takes every core.", min=0, max=1024)
-    batch: int = setting(4_096, "Paths that a thread traces at a time.", min=1, max=65_536)
+    batch: int = setting(16_384, "Paths that a thread traces at a time, at most.", min=1, max=65_536)
