@@ -13,7 +13,8 @@ usage() {
 ./build.sh demo      open scenes/c1.blend, render it by three methods, compare them in out/demo/report.html
 ./build.sh test      run the tests; further arguments go to pytest, e.g. -k metrics
 ./build.sh check     formatter, linter, type checker, import contracts
-./build.sh bench     speed against Mitsuba and Cycles, in out/bench/latest.json
+./build.sh bench     speed against Mitsuba and Cycles, in out/bench/latest.json; `bench size`: memory, time and noise
+                     against triangles, emitters and pixels, in out/bench/size.json
 EOF
 }
 

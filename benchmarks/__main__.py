@@ -1,4 +1,7 @@
-"""Runs the benchmark: all programs take turns in one session, so that only ratios of the same minute are compared."""
+"""Runs the benchmark of speed: all programs take turns in one session, so that only ratios of the same minute are compared.
+
+`python -m benchmarks size` measures sizes instead.
+"""
 
 import glob
 import json
@@ -17,6 +20,8 @@ from rich.console import Console
 from rich.table import Table
 
 from blender_rl_guiding.errors import InputError, atomic
+
+from . import size
 
 ROUNDS = 5
 TOLERANCE = 0.01  # of the mean radiance; beyond it, the programs do not render the same
@@ -155,7 +160,7 @@ def row(name: str, ours: Child, peer: Child) -> dict[str, Any]:
     return {"name": name, **rates, "peer_name": peer.program, "ratio": ratio, "unit": "Mpaths/s"}
 
 
-def main() -> int:
+def speed() -> int:
     """Measure, write out/bench/latest.json, print the table."""
     console = Console()
     try:
@@ -179,5 +184,14 @@ def main() -> int:
     return 0
 
 
+def main(arguments: list[str]) -> int:
+    """Speed, or what the one argument says; returns the exit status."""
+    benchmarks = {(): speed, ("size",): size.main}
+    if tuple(arguments) not in benchmarks:
+        print(f"bench: there is no benchmark {' '.join(arguments)!r}, only size, and speed without an argument", file=sys.stderr)
+        return 2
+    return benchmarks[tuple(arguments)]()
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

@@ -86,7 +86,7 @@ def _generated(placed: Placed, name: str) -> np.ndarray:
     points = read_array(mesh.vertices, "undeformed_co", (3,), np.float32)
     size = np.array(mesh.texspace_size)
     scale = np.where(size, 0.5 / np.where(size, size, 1), 0)
-    return apply(np.diag(scale), points, 0.5 - np.array(mesh.texspace_location) * scale)[_vertices(mesh)]
+    return apply(np.diag(scale), points, 0.5 - np.array(mesh.texspace_location) * scale).take(_vertices(mesh), axis=0)
 
 
 def _object(placed: Placed, name: str) -> np.ndarray | None:
@@ -97,7 +97,7 @@ def _object(placed: Placed, name: str) -> np.ndarray | None:
             return None
         to_other = np.linalg.pinv(np.array(other.evaluated_get(placed.depsgraph).matrix_world, np.float64)) @ placed.matrix
         points = apply(to_other[:3, :3], points, to_other[:3, 3])
-    return points[placed.mesh.corners]
+    return points.take(placed.mesh.corners, axis=0)
 
 
 def _radial(placed: Placed, name: str) -> np.ndarray:
@@ -107,7 +107,7 @@ def _radial(placed: Placed, name: str) -> np.ndarray:
 
 
 def _object_normal(placed: Placed, name: str) -> np.ndarray:
-    return placed.mesh.normals[placed.mesh.normal]
+    return placed.mesh.normals.take(placed.mesh.normal, axis=0)
 
 
 def _parametric(placed: Placed, name: str) -> np.ndarray:
@@ -168,10 +168,10 @@ def _at_corners(mesh: bpy.types.Mesh, name: str, form: Callable[[np.ndarray], np
     field, shape = _TYPES[attribute.data_type]
     values = form(read_array(attribute.data, field, shape, np.float32).reshape(len(attribute.data), -1))
     if attribute.domain == "CORNER":
-        return values[loop_triangles(mesh)]
+        return values.take(loop_triangles(mesh), axis=0)
     if attribute.domain == "FACE":
         return np.repeat(values[triangle_faces(mesh), None], 3, axis=1)
-    return (_of_vertices(mesh, values) if attribute.domain == "EDGE" else values)[_vertices(mesh)]
+    return (_of_vertices(mesh, values) if attribute.domain == "EDGE" else values).take(_vertices(mesh), axis=0)
 
 
 def _triples(values: np.ndarray) -> np.ndarray:

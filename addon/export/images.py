@@ -58,6 +58,8 @@ def _check(at: At, image: bpy.types.Image | None) -> None:
 
 def _texture(image: bpy.types.Image, *, opaque: bool, multiplied: bool) -> Texture:
     texels = _pixels(image)
+    if image.is_float:
+        texels[~np.isfinite(texels).all(axis=2)] = 0.0  # as in Cycles: what a faulty texel has of colour is not to be trusted either
     if multiplied and not image.is_float and not _is_handed_over(image):
         texels[..., :3] *= texels[..., 3:]  # which Blender has divided by; rounded, these are the codes in the file
     if opaque or image.alpha_mode == "NONE":

@@ -17,7 +17,7 @@ import numpy as np
 from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value
 
 TABLE_SIZE = 256
-_BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
+_BLOCK = 1 << 16  # triangles, or numbers, whose arithmetic stays in the cache
 _FILTERS, _CAMERAS, _LAMPS = (
     ("box", "gaussian", "blackman_harris"),
     ("perspective", "orthographic", "panorama"),
@@ -51,7 +51,8 @@ class Texture:
 
     name: str
     srgb: bool  # whether 8-bit colours have to be decoded; alpha never has
-    texels: np.ndarray = field(compare=False)  # (H, W, 4) uint8 or float32, RGBA, not premultiplied, top row first
+    # (H, W, 4) uint8 or float32, RGBA, top row first; whether colours are multiplied by alpha is told where they are read: `ops.Alpha`
+    texels: np.ndarray = field(compare=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +137,8 @@ def find_fault(scene: SceneData) -> str:
         return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {shaders}"
     return (
         _find_bad_object(scene)
-        or _find_bad_triangle(scene)
+        or _find_infinite(scene)
+        or _find_flat(scene)
         or _find_bad_description(scene)
         or _find_bad_shader(scene)
         or _find_darkness(scene)
@@ -158,17 +160,30 @@ def _find_bad_object(scene: SceneData) -> str:
     return ""
 
 
-def _find_bad_triangle(scene: SceneData) -> str:
-    for start in range(0, len(scene.triangles), _BLOCK):
-        corners = scene.vertices[scene.triangles[start : start + _BLOCK]]
-        bad = ~np.isfinite(corners).all(axis=(1, 2)) | ~np.isfinite(scene.normals[start : start + _BLOCK]).all(axis=(1, 2))
-        if bad.any():
-            return f"triangle {start + bad.argmax()} has a vertex or normal that is not a finite number"
-        a, b = (corners[:, k].astype(np.float64) - corners[:, 0] for k in (1, 2))
-        flat = ~np.any([a[:, i] * b[:, j] != a[:, j] * b[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=0)
-        if flat.any():
-            return f"triangle {start + flat.argmax()} is degenerate: it has no area"
+def _find_infinite(scene: SceneData) -> str:
+    arrays = [(name, getattr(scene, name)) for name in ARRAYS] + [(f"texture {t.name!r}", t.texels) for t in scene.textures]
+    for name, array in arrays:
+        flat = array.reshape(-1) if array.dtype == np.float32 else array[:0]
+        for start in range(0, flat.size, _BLOCK):
+            if not (finite := np.isfinite(flat[start : start + _BLOCK])).all():
+                place = tuple(map(int, np.unravel_index(start + finite.argmin(), array.shape)))
+                return f"{name} has {array[place]} at {place}, which is not a finite number"
     return ""
+
+
+def _find_flat(scene: SceneData) -> str:
+    flat = without_area(scene.vertices, scene.triangles)
+    return f"triangle {flat.argmax()} is degenerate: it has no area" if flat.any() else ""
+
+
+def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(T,) bool, whose corners lie on one line or are one point. Exact up to the rounding of products in double precision."""
+    flat = np.empty(len(triangles), bool)
+    for start in range(0, len(triangles), _BLOCK):
+        a, b, c = vertices.take(triangles[start : start + _BLOCK].T, axis=0)
+        (ux, uy, uz), (vx, vy, vz) = ((end.astype(np.float64) - a).T for end in (b, c))
+        flat[start : start + _BLOCK] = (uy * vz == uz * vy) & (uz * vx == ux * vz) & (ux * vy == uy * vx)
+    return flat
 
 
 def _find_bad_description(scene: SceneData) -> str:

@@ -94,6 +94,14 @@ def test_floats_are_linear_and_may_exceed_one(paint: bpy.types.Material, tree: b
     assert (texture.texels[..., :3] == pixels).all()
 
 
+def test_texels_that_are_not_finite_are_black_and_clear(paint: bpy.types.Material, tree: bpy.types.NodeTree, tmp_path: Path):
+    pixels = np.ones((2, 3, 4), np.float32)
+    pixels[0, 1, 2], pixels[1, 0, 0], pixels[1, 2, 3] = np.nan, np.inf, -np.inf
+    shown(tree, exr(tmp_path, pixels), alpha=True)
+    expected = np.where(np.isfinite(pixels).all(axis=2, keepdims=True), 1.0, 0.0)
+    assert (only_texture(paint)[0].texels == expected).all()
+
+
 @pytest.mark.parametrize(("space", "srgb"), [("sRGB", True), ("Non-Color", False), ("Linear Rec.709", False)])
 def test_colour_spaces(paint: bpy.types.Material, tree: bpy.types.NodeTree, tmp_path: Path, space: str, srgb: bool):
     shown(tree, png(tmp_path, CODES)).image.colorspace_settings.name = space

@@ -11,7 +11,7 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import VERSION, load, save
-from blender_rl_guiding.scene.data import ARRAYS, SceneData, emits, find_fault
+from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture, emits, find_fault, without_area
 from blender_rl_guiding.scene.description import Closure, Film, Instruction, Node, Shader
 from tests import scenes
 from tests.bundles import changed, lamp, rewrite, shader, whole
@@ -190,6 +190,12 @@ def camera(s: SceneData, **values: Any) -> dict[str, Any]:
     return {"camera": replace(s.camera, **values)}
 
 
+def texture(s: SceneData, index: tuple[int, int, int], value: float) -> dict[str, Any]:
+    """The texture of floats has another value."""
+    codes, light = s.textures
+    return {"textures": (codes, replace(light, texels=changed(light.texels, index, value)))}
+
+
 def unlit(s: SceneData) -> dict[str, Any]:
     """No lamp, and nothing that emits."""
     dark = tuple(replace(part, closures=tuple(c for c in part.closures if not emits(c))) for part in s.shaders)
@@ -212,9 +218,14 @@ FAULTS = {
     "attribute_rows (1, 3)": lambda s: {"attribute_rows": np.zeros((1, 3), np.int64)},
     "attribute_rows (2, 2)": lambda s: {"attribute_rows": changed(s.attribute_rows, (0, 0), -2)},
     "rows of attributes": lambda s: {"attributes": s.attributes[: len(s.triangles) // 3]},
-    "triangle 4 has a vertex": lambda s: {"vertices": changed(s.vertices, (s.triangles[4, 0], 2), np.nan)},
-    "triangle 3 has a vertex": lambda s: {"vertices": changed(s.vertices, (s.triangles[3, 2], 0), np.inf)},
-    "triangle 5 has a vertex or normal": lambda s: {"normals": changed(s.normals, (5, 1, 2), np.nan)},
+    "vertices has nan at (4, 2)": lambda s: {"vertices": changed(s.vertices, (4, 2), np.nan)},
+    "vertices has inf at (0, 0)": lambda s: {"vertices": changed(s.vertices, (0, 0), np.inf)},
+    "normals has nan at (5, 1, 2)": lambda s: {"normals": changed(s.normals, (5, 1, 2), np.nan)},
+    "attributes has -inf at (2, 0, 1)": lambda s: {"attributes": changed(s.attributes, (2, 0, 1), -np.inf)},
+    "object_attributes has nan at (0, 1, 0)": lambda s: {"object_attributes": changed(s.object_attributes, (0, 1, 0), np.nan)},
+    "tables has nan at (0, 255, 3)": lambda s: {"tables": changed(s.tables, (0, 255, 3), np.nan)},
+    "texture 'light' has inf at (1, 4, 3)": lambda s: texture(s, (1, 4, 3), np.inf),
+    "texture 'light' has nan at (0, 0, 0)": lambda s: texture(s, (0, 0, 0), np.nan),
     "triangle 6 is degenerate": lambda s: {"triangles": changed(s.triangles, (6, 1), s.triangles[6, 0])},
     "the name 'a/b'": lambda s: {"name": "a/b"},
     "the name ''": lambda s: {"name": ""},
@@ -258,6 +269,20 @@ def test_faults_are_found_and_named(scene, tmp_path, fault):
     assert "\n" not in text
     save(bad, tmp_path / "bad.npz")
     assert refusal(tmp_path / "bad.npz").endswith(text)
+
+
+def test_faults_far_into_an_array_are_found(scene):
+    """Numbers are looked at in blocks."""
+    texels = np.ones((300, 300, 4), np.float32)
+    texels[299, 298, 2] = np.nan
+    assert "texture 'large' has nan at (299, 298, 2)" in find_fault(replace(scene, textures=(Texture("large", False, texels),)))
+
+
+def test_triangles_without_area_are_found_where_single_precision_rounds():
+    """On a line through the origin, the ends of whose edges differ by numbers that have no single precision."""
+    p, q = np.float32(1 + 2**-23), np.float32(1 + 5 * 2**-23)
+    line = np.array([(-p, -q, 0), (2 * p, 2 * q, 0), (0, 0, 0), (0, 0, 1)], np.float32)
+    assert without_area(line, np.array([(0, 1, 2), (0, 1, 3)], np.int32)).tolist() == [True, False]
 
 
 # --- light -------------------------------------------------------------------------------------------------------------

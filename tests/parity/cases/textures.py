@@ -63,6 +63,23 @@ def image_alpha_mode(s: Stage, mode: str) -> None:
     s.chart(paint)
 
 
+@case(samples=CHART)
+def image_with_faulty_texels(s: Stage) -> None:
+    """One that is not a number, and one that is infinite; and what becomes of their alpha."""
+    picture = s.image(colorspace="Linear Rec.709", float_buffer=True, alpha=True)
+    texels = np.empty(len(picture.pixels), np.float32)
+    picture.pixels.foreach_get(texels)
+    texels[[4 * 9, 4 * 20 + 1, 4 * 33 + 3]] = np.nan, np.inf, np.nan
+    picture.pixels.foreach_set(texels)
+    picture.pack()
+
+    def paint(nodes: Nodes) -> Any:
+        texture = nodes.add("TexImage", image=picture, interpolation="Closest")
+        return nodes.add("Mix", {"Factor_Float": (texture, "Alpha"), "A_Color": (0.2, 0.3, 0.4), "B_Color": texture}, data_type="RGBA")
+
+    s.chart(paint)
+
+
 @case()
 def alpha_drives_a_mix_shader(s: Stage) -> None:
     material, nodes = s.nodes()
