@@ -14,8 +14,9 @@ from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
-from .lamps import HITTABLE, lamp_table, power
+from .lamps import lamp_table, power
 from .lamps import sample as sample_lamp
+from .tree import LampTree, lamp_tree
 from .world import WorldMap, sample_world, world_map, world_pdf, world_radiance
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
@@ -33,7 +34,7 @@ class Lights(NamedTuple):
     constant: np.ndarray  # (S,) bool, whether shader s emits the same everywhere and in all directions
     radiance: np.ndarray  # (S, 3) float32, what it emits then
     lamps: np.ndarray  # (K, COLUMNS) float32
-    hittable: np.ndarray  # (H,) int32, lamps that rays can hit
+    tree: LampTree  # of those that rays can hit
     world: WorldMap
     world_probability: np.float32  # of picking the world; 0 where it is the same everywhere, and better left to chance
 
@@ -68,7 +69,7 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
         constant=constant,
         radiance=radiance,
         lamps=lamps,
-        hittable=np.flatnonzero(lamps[:, HITTABLE]).astype(np.int32),
+        tree=lamp_tree(lamps),
         world=world,
         world_probability=F(share[-1]),
     )

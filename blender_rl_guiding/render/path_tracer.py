@@ -21,7 +21,7 @@ from ..scene.geometry import FAR, U, V, closest, facing, off_surface
 from ..scene.terminator import shadow_ray
 from ..shading.evaluate import run
 from ..shading.operands import make_point
-from .visibility import ONE, ZERO, lamp_met, passes_on, seen_by, stands_alone, surroundings
+from .visibility import ONE, ZERO, lamps_met, passes_on, seen_by, stands_alone, surroundings
 
 DIMENSIONS = 8  # pairs of random numbers that a vertex may use; those of the first "vertex" are the camera's
 MOST_VERTICES = 4096  # of a path, passages through transparent surfaces included
@@ -88,9 +88,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         learnt += recorded
 
         # --- lamps on the way, and surroundings --------------------------------------------------------------------------
-        light = ZERO
-        for h in range(stage.lights.hittable.shape[0]):
-            light = add(light, lamp_met(stage.lights, stage.lights.hittable[h], start, ray, travelled, distance, pdf, kind, limits.nee))
+        light = lamps_met(stage.lights, start, ray, travelled, distance, pdf, kind, limits.nee)
         if triangle < 0:
             hidden = limits.transparent_film and not seen
             if not hidden and stage.world_visibility & kind:

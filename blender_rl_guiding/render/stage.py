@@ -7,6 +7,7 @@ import numpy as np
 from ..bsdf.surface import COLUMNS, LOBES
 from ..guiding.base import Transitions, empty_transitions
 from ..lights.emitters import Lights, lights
+from ..lights.lamps import HITTABLE
 from ..scene.camera import Lens, lens
 from ..scene.data import SceneData
 from ..scene.description import CLOSURES, Node, Shader
@@ -119,7 +120,7 @@ def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
     """The scene's limits, or the settings' own in place of all of them."""
     bounces, most = scene.bounces, settings.max_bounces
     kinds = (bounces.total, bounces.diffuse, bounces.glossy, bounces.transmission) if most < 0 else (most, most, most, most)
-    blind = len(stage.lights.hittable) < len(stage.lights.lamps)
+    blind = bool((stage.lights.lamps[:, HITTABLE] == 0).any())
     lit = bool(stage.lights.probability.any())
     return Limits(*kinds, bounces.transparent, bounces.roulette, settings.nee and lit, blind and lit, scene.film.transparent)
 

@@ -6,6 +6,7 @@ from ..bsdf import surface as bsdf
 from ..kernels import part
 from ..lights.lamps import HITTABLE, SHADOW, VISIBILITY
 from ..lights.lamps import hit as hit_lamp
+from ..lights.tree import crosses, inverse
 from ..lights.world import world_pdf, world_radiance
 from ..references import ref
 from ..sampling import F, add, luminance, multiply, scale
@@ -18,8 +19,21 @@ ZERO, ONE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 
 
 @part
-def lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee):
-    """What a ray from `start` receives from lamp k between `travelled` and `travelled + distance`, weighed against its being sampled."""
+def lamps_met(lights, start, ray, travelled, distance, pdf, kind, nee):
+    """What a ray from `start` receives from lamps between `travelled` and `travelled + distance`, weighed against their being sampled."""
+    light, tree, over, i = ZERO, lights.tree, inverse(ray), 0
+    while i < tree.skip.shape[0]:
+        if not crosses(tree, i, start, over, travelled + distance):
+            i = tree.skip[i]
+            continue
+        if tree.lamp[i] >= 0:
+            light = add(light, _lamp_met(lights, tree.lamp[i], start, ray, travelled, distance, pdf, kind, nee))
+        i += 1
+    return light
+
+
+@part
+def _lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee):
     if not np.int32(lights.lamps[k, VISIBILITY]) & kind:
         return ZERO
     met, light, pdf_lamp = hit_lamp(lights.lamps, k, start, ray)
