@@ -5,7 +5,7 @@ import pytest
 
 from blender_rl_guiding.bsdf import energy, surface
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.scene.description import TRANSMISSION
+from blender_rl_guiding.scene.ray_kinds import TRANSMISSION
 from tests.bsdf import Surface, direction, surface_of
 from tests.significance import assert_distributed, assert_means, assert_uniform
 
