@@ -136,7 +136,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         straight, solid = luminance(passing), luminance(colour)
         chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
         choice, patch_choice = uniform2(key, dimension + 5)
-        if transparent > limits.transparent:
+        if transparent > 0 and transparent >= limits.transparent:  # as in Cycles: where the limit is none, a path passes once all the same
             break
         if choice < chance_straight:
             transparent += 1
