@@ -103,6 +103,15 @@ def test_weighted_samples_estimate_the_albedo(kind, inputs, angle, back):
     assert_means(weight.mean(axis=0), weight.var(axis=0) / N + ERROR**2, integral(seen))
 
 
+@pytest.mark.parametrize("roughness", [0.3, 0.6])
+@pytest.mark.parametrize("angle", [5, 35, 50, 70])
+@pytest.mark.parametrize("back", [False, True])
+def test_glass_is_picked_as_often_as_it_scatters(back, angle, roughness):
+    """From inside, too, where it may reflect all: an estimate far below the albedo would make fireflies where light may pass straight."""
+    seen = surface_of(("glass", {"roughness": roughness, "ior": 1.5}), wo=direction(angle), backfacing=back)
+    np.testing.assert_allclose(seen.summary()[0], integral(seen)[0], rtol=0.2)
+
+
 @pytest.mark.parametrize("kind", ["diffuse", "translucent", "sheen"])
 def test_lobes_that_never_fail_have_a_density_of_one_in_all(kind):
     seen = surface_of((kind, {"roughness": 0.6} if kind == "sheen" else {}), wo=direction(40))
