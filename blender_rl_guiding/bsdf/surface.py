@@ -80,24 +80,33 @@ def evaluate(lobes, count, ng, wo, wi):
 
     Singular lobes are left out of all three.
     """
-    return evaluate_seen(lobes, count, ng, wo, wi, _ANY)
+    return _evaluate_all(lobes, count, ng, wo, wi, _ANY, False)
 
 
 @part
 def evaluate_seen(lobes, count, ng, wo, wi, seen_by):
-    """`evaluate`, with f from those lobes only that make one of the kinds of rays `seen_by`."""
+    """`evaluate` for a light that is visible to the kinds of rays `seen_by`: f is of those lobes only that make one of them.
+
+    The densities count what `sample` gives up because it crosses the triangle, too. So sampling a light from there counts in part
+    only, as in Cycles; or else lights that nearly touch a smooth surface, its own among them, would make fireflies.
+    """
+    return _evaluate_all(lobes, count, ng, wo, wi, seen_by, True)
+
+
+@part
+def _evaluate_all(lobes, count, ng, wo, wi, seen_by, crossing):
     f, pdf, guidable_pdf = _BLACK, F(0), F(0)
     reflected = dot(ng, wi) > F(0)
     if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0) and seen_by & _R_DIFFUSE:  # most surfaces, without the detours
         cosine = diffuse.pdf(lobes, 0, wi)
-        pdf = cosine if reflected else F(0)
+        pdf = cosine if reflected or crossing else F(0)
         return scale(get(lobes, 0, WEIGHT), cosine), pdf, pdf
     for k in range(count):
         above = dot(get(lobes, k, NORMAL), wi) > F(0)
         if lobes[k, IS_SINGULAR] == F(0):
             lobe_f, lobe_pdf = _evaluate(lobes, k, above, wo, wi)
             f = add(f, lobe_f) if seen_by & _ray_kind(lobes[k, KIND], above) else f
-            lobe_pdf *= lobes[k, PROBABILITY] if above == reflected else F(0)
+            lobe_pdf *= lobes[k, PROBABILITY] if crossing or above == reflected else F(0)
             pdf += lobe_pdf
             if lobes[k, KIND] <= OREN_NAYAR:
                 guidable_pdf += lobe_pdf
