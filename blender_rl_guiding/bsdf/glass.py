@@ -48,8 +48,10 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
         fss = multiply(tints[0], fresnel.towards_white(f0, fresnel.schlick_share_average(ior))) if opaque else tints[1]
         weight = multiply(weight, energy.darkening(average, e, fss))
         gain = F(1) / e
-    reflected = fresnel.towards_white(f0, energy.schlick_albedo(roughness, cosine, ior))
-    refracted = subtract((F(1), F(1), F(1)), fresnel.towards_white(f0, fresnel.schlick_share(cosine, ior)))
+    share = fresnel.schlick_share(cosine, ior)
+    # The table knows nothing of total reflection, and a lobe that is picked more rarely than it scatters makes fireflies.
+    reflected = fresnel.towards_white(f0, energy.schlick_albedo(roughness, cosine, ior) if ior >= F(1) else share)
+    refracted = subtract((F(1), F(1), F(1)), fresnel.towards_white(f0, share))
     albedo = add(multiply(reflected, tints[0]), multiply(refracted, tints[1]))
     write(lobes, k, GLASS, point, n, scale(weight, gain), multiply(weight, albedo))
     _interface(lobes, k, ior, alpha)

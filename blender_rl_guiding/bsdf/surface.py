@@ -10,7 +10,7 @@ import numpy as np
 
 from ..kernels import part
 from ..sampling import F, add, dot, scale
-from ..scene import description
+from ..scene import ray_kinds
 from . import diffuse, glass, glossy, oren_nayar, sheen, translucent
 from .lobe import (
     ALBEDO,
@@ -54,10 +54,12 @@ __all__ = [
     "transparency",
 ]
 
-SINGULAR = 64  # in labels, beside the kinds of rays: the direction is the only one, and has no density
+SINGULAR = 64  # in labels, beside the kind of ray: the direction is the only one, and has no density
 
 _BLACK = (F(0), F(0), F(0))
-_R_DIFFUSE, _R_GLOSSY, _R_TRANSMISSION = description.DIFFUSE, description.GLOSSY, description.TRANSMISSION
+_R_DIFFUSE, _R_GLOSSY, _R_TRANSMISSION, _R_TRANSLUCENT = ray_kinds.DIFFUSE, ray_kinds.GLOSSY, ray_kinds.TRANSMISSION, ray_kinds.TRANSLUCENT
+_THROUGH = _R_TRANSMISSION | _R_TRANSLUCENT
+_ANY = np.int64(_R_DIFFUSE | _R_GLOSSY | _THROUGH)
 
 
 @part
@@ -78,24 +80,33 @@ def evaluate(lobes, count, ng, wo, wi):
 
     Singular lobes are left out of all three.
     """
-    return evaluate_seen(lobes, count, ng, wo, wi, np.int64(description.VISIBLE))
+    return _evaluate_all(lobes, count, ng, wo, wi, _ANY, False)
 
 
 @part
 def evaluate_seen(lobes, count, ng, wo, wi, seen_by):
-    """`evaluate`, with f from those lobes only that make one of the kinds of rays `seen_by`."""
+    """`evaluate` for a light that is visible to the kinds of rays `seen_by`: f is of those lobes only that make one of them.
+
+    The densities count what `sample` gives up because it crosses the triangle, too. So sampling a light from there counts in part
+    only, as in Cycles; or else lights that nearly touch a smooth surface, its own among them, would make fireflies.
+    """
+    return _evaluate_all(lobes, count, ng, wo, wi, seen_by, True)
+
+
+@part
+def _evaluate_all(lobes, count, ng, wo, wi, seen_by, crossing):
     f, pdf, guidable_pdf = _BLACK, F(0), F(0)
     reflected = dot(ng, wi) > F(0)
     if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0) and seen_by & _R_DIFFUSE:  # most surfaces, without the detours
         cosine = diffuse.pdf(lobes, 0, wi)
-        pdf = cosine if reflected else F(0)
+        pdf = cosine if reflected or crossing else F(0)
         return scale(get(lobes, 0, WEIGHT), cosine), pdf, pdf
     for k in range(count):
         above = dot(get(lobes, k, NORMAL), wi) > F(0)
         if lobes[k, IS_SINGULAR] == F(0):
             lobe_f, lobe_pdf = _evaluate(lobes, k, above, wo, wi)
-            f = add(f, lobe_f) if seen_by & _ray_kind(lobes[k, KIND]) else f
-            lobe_pdf *= lobes[k, PROBABILITY] if above == reflected else F(0)
+            f = add(f, lobe_f) if seen_by & _ray_kind(lobes[k, KIND], above) else f
+            lobe_pdf *= lobes[k, PROBABILITY] if crossing or above == reflected else F(0)
             pdf += lobe_pdf
             if lobes[k, KIND] <= OREN_NAYAR:
                 guidable_pdf += lobe_pdf
@@ -103,10 +114,12 @@ def evaluate_seen(lobes, count, ng, wo, wi, seen_by):
 
 
 @part
-def _ray_kind(which):
-    if which <= TRANSLUCENT:
+def _ray_kind(which, reflected):
+    if which < TRANSLUCENT:
         return _R_DIFFUSE
-    return _R_GLOSSY if which == GLOSSY else _R_TRANSMISSION
+    if which == TRANSLUCENT:
+        return _R_TRANSLUCENT
+    return _R_GLOSSY if reflected else _R_TRANSMISSION
 
 
 @part
@@ -186,7 +199,7 @@ def pick(lobes, count, u):
 
 @part
 def sample(lobes, k, ng, wo, u, v, w):
-    """A direction wi from lobe k, by three uniform numbers, and its label: the kinds of ray it makes, and SINGULAR.
+    """A direction wi from lobe k, by three uniform numbers, and its label: the kind of ray that it makes, and SINGULAR.
 
     The label is 0 where the sample has failed: wi is of no use then, and the path ends.
     """
@@ -196,25 +209,25 @@ def sample(lobes, k, ng, wo, u, v, w):
     elif which == SHEEN:
         wi, label = sheen.sample(lobes, k, u, v), _R_DIFFUSE
     elif which == TRANSLUCENT:
-        wi, label = translucent.sample(lobes, k, u, v), _R_DIFFUSE | _R_TRANSMISSION
+        wi, label = translucent.sample(lobes, k, u, v), _R_TRANSLUCENT
     else:
         wi, label = _sample_microfacet(lobes, k, which, wo, u, v, w)
-    reflected = (label & _R_TRANSMISSION) == 0
+    reflected = (label & _THROUGH) == 0
     valid = (dot(ng, wi) > F(0)) == reflected and (dot(get(lobes, k, NORMAL), wi) > F(0)) == reflected
     return wi, label if valid else 0
 
 
 @part
 def _sample_microfacet(lobes, k, which, wo, u, v, w):
-    label = _R_GLOSSY | (SINGULAR if lobes[k, IS_SINGULAR] != F(0) else 0)
+    singular = SINGULAR if lobes[k, IS_SINGULAR] != F(0) else 0
     if dot(get(lobes, k, NORMAL), wo) <= F(0):
         return wo, 0
     if which == GLOSSY:
-        return glossy.sample(lobes, k, wo, u, v), label
+        return glossy.sample(lobes, k, wo, u, v), _R_GLOSSY | singular
     wi, refracted = glass.sample(lobes, k, wo, u, v, w)
     if refracted:
-        return wi, label | _R_TRANSMISSION
-    return wi, 0 if which == REFRACTION else label
+        return wi, _R_TRANSMISSION | singular
+    return wi, 0 if which == REFRACTION else _R_GLOSSY | singular
 
 
 @part

@@ -9,7 +9,7 @@ from ..kernels import kernel, part
 from ..references import ref
 from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
 from ..scene.data import SceneData, emits
-from ..scene.description import CLOSURES
+from ..scene.description import CLOSURES, Shader
 from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
@@ -20,6 +20,7 @@ from .tree import LampTree, lamp_tree
 from .world import WorldMap, sample_world, world_map, world_pdf, world_radiance
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
+_SCATTERED = "IS_DIFFUSE_RAY", "IS_GLOSSY_RAY", "IS_TRANSMISSION_RAY"
 PROBES = 4096  # points at which the mean of an emission that varies is estimated
 
 
@@ -82,12 +83,17 @@ def _halves(local: np.ndarray, distant: np.ndarray) -> np.ndarray:
 
 
 def _emitting(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles that may emit, and their areas."""
-    shines = np.array([any(map(emits, shader.closures)) for shader in scene.shaders], bool)
+    """Triangles whose emission may be sampled, and their areas."""
+    shines = np.array([any(map(emits, shader.closures)) and not _chooses_rays(shader) for shader in scene.shaders], bool)
     triangle = np.flatnonzero(shines[scene.material]).astype(np.int32)
     corners = scene.vertices[scene.triangles[triangle]]
     edges = (corners[:, 1:] - corners[:, :1]).astype(np.float64)
     return triangle, 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+
+
+def _chooses_rays(shader: Shader) -> bool:
+    """Whether a shader asks for the kind of a scattered ray, which a sampled light does not know: what it emits is left to chance."""
+    return any(step.op == "light_path" and step.mode in _SCATTERED for step in shader.code)
 
 
 def _lit(triangle: np.ndarray, area: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

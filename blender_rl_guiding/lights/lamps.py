@@ -11,6 +11,7 @@ import numpy as np
 from ..kernels import part
 from ..sampling import INV_PI, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
 from ..scene.description import Lamp
+from ..scene.ray_kinds import EMITTERS, seen_by
 
 POINT, SPOT, SUN, AREA = range(4)
 _KINDS = ("point", "spot", "sun", "area")
@@ -39,7 +40,7 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
         row[CONE], row[SMOOTH] = _cone(lamp)
         row[SPREAD], row[SPREAD_SCALE] = _spread(lamp)
         size = lamp.width * lamp.height * lamp.spread if lamp.kind == "area" else lamp.radius
-        row[[VISIBILITY, SHADOW, HITTABLE]] = lamp.visibility, lamp.shadow, lamp.mis and size > 0
+        row[[VISIBILITY, SHADOW, HITTABLE]] = seen_by(lamp.visibility, EMITTERS), lamp.shadow, lamp.mis and size > 0
     return table
 
 

@@ -16,8 +16,8 @@ from ..lights.emitters import sample_light
 from ..references import ref
 from ..sampling import F, add, dot, luminance, multiply, scale, store, stream, tangents, to_local, to_world, uniform2, vector
 from ..scene.camera import camera_ray
-from ..scene.description import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
 from ..scene.geometry import FAR, U, V, closest, facing, off_surface
+from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, TRANSLUCENT, TRANSMISSION
 from ..scene.terminator import shadow_ray
 from ..shading.evaluate import run
 from ..shading.operands import make_point
@@ -132,7 +132,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         # --- passing straight ------------------------------------------------------------------------------------------------
         straight, solid = luminance(passing), luminance(colour)
         chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
-        if transparent > limits.transparent:
+        if transparent > 0 and transparent >= limits.transparent:  # as in Cycles: where the limit is none, a path passes once all the same
             break
         if straight > F(0) and uniform2(key, dimension + 5)[0] < chance_straight:
             transparent += 1
@@ -235,13 +235,10 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
 
         # --- bookkeeping -----------------------------------------------------------------------------------------------------
         scattered += 1
-        kind = label & (DIFFUSE | GLOSSY | TRANSMISSION)
-        if label & TRANSMISSION:
-            transmission += 1
-        elif label & DIFFUSE:
-            diffuse += 1
-        else:
-            glossy += 1
+        kind = label & (DIFFUSE | GLOSSY | TRANSMISSION | TRANSLUCENT)
+        diffuse += kind == DIFFUSE
+        glossy += kind == GLOSSY
+        transmission += (kind & (TRANSMISSION | TRANSLUCENT)) > 0
         above_surface = dot(ng, ray) > F(0)
         origin = off_surface(x, ng if above_surface else scale(ng, F(-1)), distance)
         near, far = F(0), F(np.inf)

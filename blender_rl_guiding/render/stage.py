@@ -12,6 +12,7 @@ from ..scene.camera import Lens, lens
 from ..scene.data import SceneData
 from ..scene.description import CLOSURES, Node, Shader
 from ..scene.geometry import Geometry, Rays, Surface, rays
+from ..scene.ray_kinds import EMITTERS, WORLD, seen_by
 from ..settings import Render
 from ..shading.operands import KINDS, REGISTERS, Shading
 from ..shading.program import compile_shaders
@@ -30,8 +31,8 @@ class Stage(NamedTuple):
     albedo: np.ndarray  # (S, 3) float32, of plain shaders
     see_through: np.ndarray  # (S,) bool, whether a shader may let light pass straight
     any_see_through: bool
-    visibility: np.ndarray  # (O,) uint8, kinds of rays that see an object
-    world_visibility: int
+    visibility: np.ndarray  # (O,) int64, kinds of rays that see what an object emits
+    world_visibility: int  # kinds of rays that see the world
     width: int  # pixels
 
 
@@ -75,8 +76,8 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
         albedo,
         see_through,
         bool(see_through.any()),
-        scene.visibility,
-        scene.world_visibility,
+        seen_by(scene.visibility, EMITTERS),
+        seen_by(scene.world_visibility, WORLD),
         scene.camera.width,
     )
     return stage, geometry

@@ -10,8 +10,8 @@ from ..lights.tree import crosses, inverse
 from ..lights.world import world_pdf, world_radiance
 from ..references import ref
 from ..sampling import F, add, luminance, multiply, scale
-from ..scene.description import SHADOW as SHADOW_RAY
 from ..scene.geometry import FAR, U, V, closest, facing, occluded, off_surface
+from ..scene.ray_kinds import SHADOW as SHADOW_RAY
 from ..shading.evaluate import run
 from ..shading.operands import make_point
 
@@ -67,7 +67,7 @@ def seen_by(stage, emitter):
     """The kinds of rays that an emitter is visible to."""
     triangles, lamps = stage.lights.triangle.shape[0], stage.lights.lamps.shape[0]
     if emitter < triangles:
-        return np.int64(stage.visibility[stage.surface.object[stage.lights.triangle[emitter]]])
+        return stage.visibility[stage.surface.object[stage.lights.triangle[emitter]]]
     if emitter < triangles + lamps:
         return np.int64(stage.lights.lamps[emitter - triangles, VISIBILITY])
     return np.int64(stage.world_visibility)

@@ -15,6 +15,7 @@ from numba import types
 from ..kernels import kernel, part
 from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
 from .data import SceneData
+from .ray_kinds import MESHES, seen_by
 
 _TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
 _BUILD_QUALITY_HIGH = 2
@@ -90,8 +91,8 @@ class Geometry:
     def _attach(self, device: int, handle: int) -> np.ndarray:
         """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""
         scene = self._scene
-        seen = scene.visibility[scene.object]
-        starts = np.flatnonzero(np.diff(seen, prepend=np.int16(-1))).astype(np.int32)
+        seen = seen_by(scene.visibility, MESHES)[scene.object]
+        starts = np.flatnonzero(np.diff(seen, prepend=-1)).astype(np.int32)
         for start, end in zip(starts, [*starts[1:], len(seen)], strict=True):
             geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
             corners, count = scene.triangles[start:end].ctypes.data, int(end - start)
@@ -135,23 +136,23 @@ def rays() -> Rays:
 
 
 @part
-def _prepare(rays, origin, direction, near, far, seen_by):
+def _prepare(rays, origin, direction, near, far, kind):
     for axis in range(3):
         rays.floats[axis] = origin[axis]
         rays.floats[DIRECTION + axis] = direction[axis]
     rays.floats[NEAR] = near
     rays.floats[FAR] = far
-    rays.words[MASK] = seen_by
+    rays.words[MASK] = kind
     rays.words[FLAGS] = 0
 
 
 @part
-def closest(surface, rays, origin, direction, near, far, seen_by):
-    """The first triangle along a ray that is visible to any of the kinds of rays `seen_by`: its index or -1.
+def closest(surface, rays, origin, direction, near, far, kind):
+    """The first triangle along a ray that is visible to this kind of rays: its index or -1.
 
     `rays` then has distance (FAR), barycentrics (U, V), and the triangle's normal by winding, not unit (NORMAL).
     """
-    _prepare(rays, origin, direction, near, far, seen_by)
+    _prepare(rays, origin, direction, near, far, kind)
     rays.words[GEOMETRY] = -1
     rays.words[INSTANCE] = -1
     _intersect(surface.embree, rays.floats.ctypes.data, 0)
@@ -160,9 +161,9 @@ def closest(surface, rays, origin, direction, near, far, seen_by):
 
 
 @part
-def occluded(surface, rays, origin, direction, far, seen_by):
-    """Whether anything visible to rays of the kinds `seen_by` stands within `far`."""
-    _prepare(rays, origin, direction, F(0), far, seen_by)
+def occluded(surface, rays, origin, direction, far, kind):
+    """Whether anything visible to this kind of rays stands within `far`."""
+    _prepare(rays, origin, direction, F(0), far, kind)
     _occluded(surface.embree, rays.floats.ctypes.data, 0)
     return rays.floats[FAR] < F(0)
 

@@ -4,8 +4,8 @@ import math
 
 from ..kernels import part
 from ..sampling import F, add, dot, scale, subtract, tangents
-from ..scene.description import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSMISSION
 from ..scene.ops import Light, Weight
+from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSLUCENT, TRANSMISSION
 from .arithmetic import lerp, saturate
 from .operands import NONE, Point
 from .vectors import combine, cross, unit
@@ -65,10 +65,10 @@ def light_path(mode, point):
     if mode == Light.IS_SHADOW_RAY:
         return F(point.ray == SHADOW)
     if mode == Light.IS_DIFFUSE_RAY:
-        return F(point.ray == DIFFUSE)
+        return F(point.ray == DIFFUSE or point.ray == TRANSLUCENT)
     if mode == Light.IS_GLOSSY_RAY:
-        return F(point.ray == GLOSSY)
-    return F(point.ray == TRANSMISSION)
+        return F(point.ray == GLOSSY or point.ray == TRANSMISSION)
+    return F(point.ray == TRANSMISSION or point.ray == TRANSLUCENT)
 
 
 @part

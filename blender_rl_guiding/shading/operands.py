@@ -48,7 +48,7 @@ class Point(NamedTuple):
     u: F  # barycentric coordinates of corners 1 and 2
     v: F
     backfacing: np.int32  # 1 if the ray arrives from behind the triangle, by its winding
-    ray: np.int32  # the kind of ray, one of scene.description's CAMERA, DIFFUSE, ...
+    ray: np.int32  # the kind of ray, one of scene.ray_kinds
     distance: F  # length of the ray since the near clip or the last scattering event
     depth: np.int32  # scattering events before
 

@@ -5,7 +5,7 @@ import pytest
 
 from blender_rl_guiding.bsdf import energy, surface
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.scene.description import TRANSMISSION
+from blender_rl_guiding.scene.ray_kinds import TRANSMISSION
 from tests.bsdf import Surface, direction, surface_of
 from tests.significance import assert_distributed, assert_means, assert_uniform
 
@@ -101,6 +101,15 @@ def test_weighted_samples_estimate_the_albedo(kind, inputs, angle, back):
     weight = np.where((label > 0)[:, None], f / np.where(pdf > 0, pdf, 1)[:, None], 0).astype(float)
     assert (pdf[label > 0] > 0).all()
     assert_means(weight.mean(axis=0), weight.var(axis=0) / N + ERROR**2, integral(seen))
+
+
+@pytest.mark.parametrize("roughness", [0.3, 0.6])
+@pytest.mark.parametrize("angle", [5, 35, 50, 70])
+@pytest.mark.parametrize("back", [False, True])
+def test_glass_is_picked_as_often_as_it_scatters(back, angle, roughness):
+    """From inside, too, where it may reflect all: an estimate far below the albedo would make fireflies where light may pass straight."""
+    seen = surface_of(("glass", {"roughness": roughness, "ior": 1.5}), wo=direction(angle), backfacing=back)
+    np.testing.assert_allclose(seen.summary()[0], integral(seen)[0], rtol=0.2)
 
 
 @pytest.mark.parametrize("kind", ["diffuse", "translucent", "sheen"])

@@ -143,9 +143,10 @@ def hidden_from(s: Stage, switch: str) -> None:
 
 @each(SWITCHES)
 def emitter_hidden_from(s: Stage, switch: str) -> None:
+    """Nothing is translucent: there, Cycles asks for other kinds of rays where it samples an emitter than where a ray hits it."""
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.2}))
-    s.box(s.material("BsdfTranslucent", {"Color": (0.6, 0.7, 0.8)}))
+    s.box(s.material("BsdfRefraction", {"Color": (0.6, 0.7, 0.8), "Roughness": 0.5, "IOR": 1.1}, distribution="GGX"))
     s.sky((0.2, 0.25, 0.3))
     emitter = s.floor(s.glow((1.0, 0.8, 0.6), 2.0), size=3.0, location=(0.4, -1.8, 3.0), rotation_euler=(0.6, 2.8, 0.0))
     setattr(emitter, switch, False)

@@ -192,13 +192,13 @@ def shadow_off_beside_a_lamp_with_shadow(s: Stage) -> None:
     s.lamp("AREA", size=1.0)
 
 
-@each({"diffuse": "visible_diffuse", "glossy": "visible_glossy", "transmission": "visible_transmission"}, samples=96)
+@each({"diffuse": "visible_diffuse", "glossy": "visible_glossy", "transmission": "visible_transmission"}, samples=128)
 def lamp_hidden_from(s: Stage, switch: str) -> None:
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
-    s.ball(s.material("BsdfGlossy", {"Roughness": 0.2}))
+    s.ball(s.material("BsdfGlossy", {"Roughness": 0.5}))
     s.box(s.material("BsdfTranslucent", {"Color": (0.6, 0.7, 0.8)}))
     s.lamp("AREA", (2.5, 2.0, 3.5), size=3.0)
-    setattr(s.lamp("AREA", (-2.5, -2.0, 3.5), size=3.0), switch, False)
+    setattr(s.lamp("AREA", (-2.5, -2.0, 3.5), 150.0, size=3.0), switch, False)
 
 
 @case(samples=64)
