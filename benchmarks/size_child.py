@@ -139,8 +139,8 @@ def evenly(scene: SceneData, shading: Any, surface: Any) -> Lights:
     chance /= chance.sum()
     pdf_area = found.pdf_area * 0
     for k, triangle in enumerate(found.triangle):
-        a, b, c = found.corners[k].astype(float)
-        pdf_area[scene.material[triangle]] = chance[k] / (0.5 * np.linalg.norm(np.cross(b - a, c - a)))
+        _, e, f, _ = found.faces[k].astype(float)
+        pdf_area[scene.material[triangle]] = chance[k] / (0.5 * np.linalg.norm(np.cross(e, f)))
     return found._replace(pick=alias_table(chance), probability=chance.astype(np.float32), pdf_area=pdf_area)
 
 
