@@ -43,10 +43,10 @@ def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
 
 
 def test_while_rendering_it_keeps_the_finished_samples(interrupted, large, tmp_path):
-    spp = ["--spp", "1000", "--guide", "uniform"]
-    status, seconds, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *spp)  # 3 passes are for warming up
+    flags = ["--spp", 1000, "--guide", "uniform", "--seconds", 1000]  # with a limit passes are short, and so is what is rendered again here
+    status, seconds, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # 3 passes are for warming up
     assert (status, seconds < PROMPT) == (130, True), (seconds, said)
-    assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform()))
+    assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform(), seconds=1000.0))
     assert said.splitlines()[-1].startswith("rlg: interrupted after ")
 
 
