@@ -3,6 +3,7 @@
 set -euo pipefail
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")"
 unset PYTHONHOME PYTHONPATH VIRTUAL_ENV UV_PROJECT_ENVIRONMENT PIP_USER PIP_TARGET PIP_PREFIX # of another project, or of the caller's shell
+unset PYTHONDONTWRITEBYTECODE # or each process that starts compiles numba, bpy and torch anew, for six seconds
 export UV_HTTP_TIMEOUT=300 # torch and bpy are large
 
 UV_VERSION=0.13.9
@@ -55,6 +56,8 @@ setup() {
     if [[ -f $stamp && "$(<"$stamp")" == "$key"* ]]; then return; fi
     uv=$(find_uv)
     "$uv" sync --frozen --python "$(find_python)" ${1:+--group "$1"}
+    # Writes the bytecode of what a render imports, for those who have forbidden Python to write it later.
+    .venv/bin/python -c 'import addon, bpy, numba, torch, blender_rl_guiding.experiments.runner, blender_rl_guiding.guiding.dqn; numba.njit(lambda: 0)()'
     printf '%s' "$key" >"$stamp"
 }
 

@@ -6,7 +6,8 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -57,17 +58,18 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _render(options: argparse.Namespace) -> None:
-    from .experiments.runs import save_run
-    from .render import Result, render, warm_up
-
     settings, machine = _settings(options), schema.override(Machine(), _given(options, Machine))
     check_writable(options.out)
-    finished: list[Result] = []
     interrupted = False
-    with Progress() as progress:
-        scene = _open(options.scene, options, progress)
+    with Progress() as progress, _opening(options.scene, options, progress) as opened:
+        # While Blender exports: importing and loading take as long.
+        from .experiments.runs import save_run
+        from .render import Result, render, warm_up
+
+        finished: list[Result] = []
         with progress.bar("compiling kernels (once after an update)", 1):
             warm_up(settings.guide, machine)
+        scene = opened()
         try:
             with progress.bar(scene.name, settings.spp) as advance:
 
@@ -123,14 +125,25 @@ def _metrics(options: argparse.Namespace) -> None:
 
 
 def _open(path: Path, options: argparse.Namespace, progress: Progress) -> Any:
-    from .scene.blend import open_scene
+    with _opening(path, options, progress) as opened:
+        return opened()
 
-    with progress.bar(f"opening {path.name}", 1):
-        scene = open_scene(path, options.blender)
-    if scene.coverage:
-        first = scene.coverage[0].object
-        progress.note(f"{path.name}: {len(scene.coverage)} thing(s) left out or replaced, {first!r} first; `rlg export` lists them")
-    return scene
+
+@contextmanager
+def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Iterator[Callable[[], Any]]:
+    """Begin to open a scene; yields what waits for it."""
+    from .scene.blend import opening
+
+    def opened() -> Any:
+        with progress.bar(f"opening {path.name}", 1):
+            scene = wait()
+        if scene.coverage:
+            first = scene.coverage[0].object
+            progress.note(f"{path.name}: {len(scene.coverage)} thing(s) left out or replaced, {first!r} first; `rlg export` lists them")
+        return scene
+
+    with opening(path, options.blender) as wait:
+        yield opened
 
 
 def _settings(options: argparse.Namespace) -> Render:

@@ -6,6 +6,7 @@ import numpy as np
 
 from blender_rl_guiding.bsdf import surface
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.references import ref
 from blender_rl_guiding.sampling import F, store, vector
 from blender_rl_guiding.scene.description import CLOSURES
 from blender_rl_guiding.shading.operands import KINDS, NONE, Point, Shading
@@ -31,8 +32,10 @@ def shading_of(*closures: Closure) -> Shading:
     code, tables = np.zeros((0, 12), np.int32), np.zeros((0, 256, 4), np.float32)
     attributes = none, np.zeros((0, 0), np.int64), none
     numbers = np.array(constants, np.float32).reshape(-1, 3)
-    inputs = closure_inputs(rows, numbers)
-    return Shading(shaders, code, rows, *inputs.values(), numbers, tables, textures, *texels, *attributes)
+    made = Shading(shaders, code, rows, *closure_inputs(rows, numbers).values(), numbers, tables, textures, *texels, *attributes)
+    for array in made:
+        array.setflags(write=False)  # like the tracer's
+    return made
 
 
 def vector_of(v) -> tuple:
@@ -48,7 +51,7 @@ def point_at(wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Point:
 
 @kernel
 def _scatter(shading, point, registers, lobes):
-    return surface.scatter(shading, 0, point, registers, lobes)
+    return surface.scatter(ref(shading), 0, ref(point), registers, lobes)  # by reference, as the tracer does: compiled once for both
 
 
 @kernel

@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +22,30 @@ _MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, zstd, gzip
 
 def open_scene(path: Path, blender: Path | None = None) -> SceneData:
     """Read a bundle, or export a .blend and read that. InputError names what is wrong in one line."""
+    with opening(path, blender) as opened:
+        return opened()
+
+
+@contextmanager
+def opening(path: Path, blender: Path | None = None) -> Iterator[Callable[[], SceneData]]:
+    """`open_scene` for whoever has other things to do while Blender exports: yields what waits for the scene.
+
+    InputError comes from there, or at once where no Blender is needed to see what is wrong. Nothing is left of an export after the block.
+    """
     if path.suffix != ".blend":
-        return load(path)
+        scene = load(path)
+        yield lambda: scene
+        return
+    command = _command(path, blender)
     with tempfile.TemporaryDirectory() as folder:
         bundle = Path(folder) / f"{path.stem}.npz"
-        export(path, bundle, blender=blender)
-        return load(bundle)
+        with _exporting(command, path, bundle) as finish:
+
+            def opened() -> SceneData:
+                finish()
+                return load(bundle)
+
+            yield opened
 
 
 def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bool = False) -> tuple[Loss, ...]:
@@ -33,18 +53,18 @@ def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bo
 
     With `strict` a coverage report that is not empty is an InputError, too. On any error `bundle` stays as it was.
     """
-    _check(blend)
-    command = _command(blender)
+    command = _command(blend, blender)
     try:
         bundle.parent.mkdir(parents=True, exist_ok=True)
         # A folder for the child to write to, so that nothing remains of it even if it is killed.
         with tempfile.TemporaryDirectory(prefix=".export-", dir=bundle.parent) as folder:
             part = Path(folder).resolve() / bundle.name
-            outcome = _run([*command, str(blend.resolve()), str(part), *["--strict"] * strict], blend)
+            with _exporting(command, blend, part, *["--strict"] * strict) as finish:
+                coverage = finish()
             os.replace(part, bundle)
     except OSError as error:
         raise InputError(f"cannot write {bundle}: {error.strerror or error}") from error
-    return tuple(Loss(**loss) for loss in outcome["coverage"])
+    return coverage
 
 
 def _check(blend: Path) -> None:
@@ -57,7 +77,9 @@ def _check(blend: Path) -> None:
         raise InputError(f"{blend} is not a .blend file")
 
 
-def _command(blender: Path | None) -> list[str]:
+def _command(blend: Path, blender: Path | None) -> list[str]:
+    """What starts the exporter. InputError where it has no hope of opening the file."""
+    _check(blend)
     if not _SCRIPT.is_file():
         raise InputError(f"cannot open .blend files: the add-on is not at {_SCRIPT.parent}")
     if blender:
@@ -69,19 +91,32 @@ def _command(blender: Path | None) -> list[str]:
     return [sys.executable, str(_SCRIPT)]
 
 
-def _run(command: list[str], blend: Path) -> dict[str, Any]:
-    """The JSON line of a finished export. The child never outlives this call, whatever interrupts it."""
+@contextmanager
+def _exporting(command: list[str], blend: Path, bundle: Path, *options: str) -> Iterator[Callable[[], tuple[Loss, ...]]]:
+    """A child that exports; yields what waits for its end and gives the coverage report. The child never outlives the block."""
+    arguments = [*command, str(blend.resolve()), str(bundle), *options]
+    pipe = subprocess.PIPE
     try:
-        done = subprocess.run(command, capture_output=True, stdin=subprocess.DEVNULL, text=True, errors="replace")
+        child = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace")
     except OSError as error:
         raise InputError(f"cannot run {command[0]}: {error.strerror or error}") from error
-    outcome = _json_line(done.stdout)
+    with child:
+        try:
+            yield lambda: _coverage(child, blend)
+        finally:
+            child.kill()  # which does nothing to one that has ended
+
+
+def _coverage(child: subprocess.Popen[str], blend: Path) -> tuple[Loss, ...]:
+    """The coverage report in the JSON line of a finished export."""
+    said, complained = child.communicate()
+    outcome = _json_line(said)
     if "error" in outcome:
         raise InputError(outcome["error"])
     if "ok" not in outcome:
-        last = (done.stderr.strip() or done.stdout.strip() or "it said nothing").splitlines()[-1]
-        raise InputError(f"Blender failed on {blend} with status {done.returncode}: {last}")
-    return outcome
+        last = (complained.strip() or said.strip() or "it said nothing").splitlines()[-1]
+        raise InputError(f"Blender failed on {blend} with status {child.returncode}: {last}")
+    return tuple(Loss(**loss) for loss in outcome["coverage"])
 
 
 def _json_line(text: str) -> dict[str, Any]:

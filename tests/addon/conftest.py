@@ -37,7 +37,7 @@ def exported() -> Iterator[list[SceneData]]:
 @pytest.fixture
 def scene(exported: list) -> bpy.types.Scene:
     """An empty scene with a camera and a grey world."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # without reloading the add-ons, which takes longest
     scene = bpy.context.scene
     scene.render.engine = "RL_GUIDED_TEST"
     scene.render.resolution_x = scene.render.resolution_y = 16

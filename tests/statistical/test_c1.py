@@ -1,5 +1,6 @@
 """Scene C1 of the slides against independently measured numbers: a wrong camera, light, BSDF or metric cannot hit them all."""
 
+import math
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +14,10 @@ from blender_rl_guiding.scene.blend import open_scene
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import BSDF, DQN, Guide, Machine, Render, Uniform
 
-pytestmark = pytest.mark.slow  # a minute at first; later the reference comes from the cache
+SPP, REFERENCE_SPP = 32, 128
+OWN_NOISE = math.sqrt(1 + SPP / REFERENCE_SPP)  # what the reference adds to the error of a render that is as noisy for each sample
+
+pytestmark = pytest.mark.slow  # half a minute at first; later the reference comes from the cache
 
 
 @cache
@@ -23,11 +27,11 @@ def c1() -> SceneData:
 
 @cache
 def truth() -> np.ndarray:
-    return reference(c1(), -1, 512, Machine())
+    return reference(c1(), -1, REFERENCE_SPP, Machine())
 
 
 def error(guide: Guide, nee: bool = False) -> float:
-    return mape_display(render(c1(), Render(spp=32, nee=nee, guide=guide)).image, truth())
+    return mape_display(render(c1(), Render(spp=SPP, nee=nee, guide=guide)).image, truth())
 
 
 def test_mean_radiance():
@@ -35,7 +39,9 @@ def test_mean_radiance():
 
 
 # Seeds move these errors by about 0.001.
-@pytest.mark.parametrize(("guide", "nee", "expected"), [(Uniform(), False, 0.413), (BSDF(), False, 0.238), (BSDF(), True, 0.0432)])
+@pytest.mark.parametrize(
+    ("guide", "nee", "expected"), [(Uniform(), False, 0.413), (BSDF(), False, 0.238), (BSDF(), True, 0.0432 * OWN_NOISE)]
+)
 def test_error_without_learning(guide, nee, expected):
     assert error(guide, nee) == pytest.approx(expected, abs=0.01 if not nee else 0.002)
 

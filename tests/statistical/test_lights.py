@@ -10,6 +10,7 @@ from scipy.integrate import dblquad
 from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.lights import alias, lamps, world
 from blender_rl_guiding.lights.emitters import lights, sample_light
+from blender_rl_guiding.references import ref
 from blender_rl_guiding.sampling import F, add, scale, store, vector
 from blender_rl_guiding.scene.description import IDENTITY, Lamp
 from blender_rl_guiding.scene.geometry import Geometry
@@ -193,6 +194,7 @@ def test_a_spread_keeps_the_power():
 
 @kernel
 def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf):
+    table, shading, surface = ref(table), ref(shading), ref(surface)  # as the tracer does: compiled once for both
     for i in range(len(u)):
         choices, place = (u[i, 0], u[i, 1]), (u[i, 2], u[i, 3])
         wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, *choices, *place)

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: in a process of its own, and with a way to interrupt it at a chosen moment."""
+"""The command line: in this process, in one of its own as a user meets it, and with a way to interrupt it at a chosen moment."""
 
 import os
 import signal
@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from blender_rl_guiding import cli
 from blender_rl_guiding.scene.bundle import save
 from tests import scenes
 
@@ -56,8 +57,21 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture
-def rlg(compiled: None) -> Run:
-    """`rlg` with arguments, to its end."""
+def rlg(compiled: None, capsys: pytest.CaptureFixture[str]) -> Run:
+    """`rlg` with arguments, to its end, in this process: another one would load Numba, torch and the kernels again."""
+
+    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+        capsys.readouterr()
+        status = cli.main([*map(str, arguments)])
+        said = capsys.readouterr()
+        return subprocess.CompletedProcess(arguments, status, said.out, said.err)
+
+    return run
+
+
+@pytest.fixture
+def rlg_process(compiled: None) -> Run:
+    """`rlg` with arguments, to its end, in a process of its own."""
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-c", "import sys; from blender_rl_guiding.cli import main; sys.exit(main())", *map(str, arguments)]

@@ -13,7 +13,7 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
 from tests import scenes
 
-ROOT = Path(__file__).resolve().parents[2]
+C1 = Path(__file__).resolve().parents[2] / "scenes" / "c1.blend"
 PROMPT = 2.0  # seconds
 TRACING, LEARNING = "render.renderer:PassTracer:trace", "guiding.dqn:DQNGuide:learn"
 LONG_LEARNING = ["--guide", "dqn", "--dqn.learning-starts", "64", "--dqn.first-steps", "5", "--dqn.steps", "100000"]
@@ -43,10 +43,10 @@ def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
 
 
 def test_while_rendering_it_keeps_the_finished_samples(interrupted, large, tmp_path):
-    spp = ["--spp", "1000", "--guide", "uniform"]
-    status, seconds, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *spp)  # 3 passes are for warming up
+    flags = ["--spp", 1000, "--guide", "uniform", "--seconds", 1000]  # with a limit passes are short, and so is what is rendered again here
+    status, seconds, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # 3 passes are for warming up
     assert (status, seconds < PROMPT) == (130, True), (seconds, said)
-    assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform()))
+    assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform(), seconds=1000.0))
     assert said.splitlines()[-1].startswith("rlg: interrupted after ")
 
 
@@ -66,18 +66,22 @@ def test_while_learning_it_keeps_the_finished_samples(interrupted, bundle, tmp_p
     assert_whole(tmp_path / "out", load(bundle), Render(spp=1000, guide=guide))
 
 
-def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_path):
-    for moment in ("scene.blend::open_scene", "render.renderer::_tiny_scene"):
-        status, seconds, said = interrupted(moment, 1, "render", bundle, "--out", tmp_path / "out", after=0.01)
-        assert (status, seconds < PROMPT) == (130, True), (seconds, said)
-        assert everything(tmp_path) == {"tiny.npz"}
-        assert said.splitlines()[-1].startswith("rlg: interrupted")
+@pytest.mark.parametrize(
+    ("moment", "scene"),
+    [("scene.blend::load", "tiny.npz"), ("render.renderer::_tiny_scene", "tiny.npz"), ("render.renderer::_tiny_scene", C1)],
+)
+def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_path, monkeypatch, moment, scene):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # where Blender exports to meanwhile
+    status, seconds, said = interrupted(moment, 1, "render", tmp_path / scene, "--out", tmp_path / "out", after=0.01)
+    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    assert everything(tmp_path) == {"tiny.npz"}
+    assert said.splitlines()[-1].startswith("rlg: interrupted")
 
 
 @pytest.mark.parametrize("after", [0.1, 1.5])
 def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
-    arguments = ["export", ROOT / "scenes" / "c1.blend", tmp_path / "c1.npz"]
-    status, seconds, said = interrupted("scene.blend::_run", 1, *arguments, after=after)
+    arguments = ["export", C1, tmp_path / "c1.npz"]
+    status, seconds, said = interrupted("scene.blend::_coverage", 1, *arguments, after=after)
     assert (status, seconds < PROMPT) == (130, True), (seconds, said)
     assert everything(tmp_path) == set()
     assert said.splitlines()[-1] == "rlg: interrupted"
