@@ -23,7 +23,6 @@ from blender_rl_guiding.errors import InputError, atomic
 
 from . import size
 
-ROUNDS = 5
 TOLERANCE = 0.01  # of the mean radiance; beyond it, the programs do not render the same
 OUT = Path(__file__).parents[1] / "out" / "bench" / "latest.json"
 PUBLISHED = Path(__file__).parents[2] / "shared" / "scenes"  # where they lie beside the project
@@ -36,16 +35,17 @@ class Contest(NamedTuple):
     scene: str
     samples: dict[str, int]
     noise: float  # of the means, relative, that chance may explain
+    rounds: int
 
 
 CORNELL = Contest(
-    "Cornell box, NEE + MIS, 256 x 256, depth 8", "cornell", {"ours": 64, "scalar_rgb": 64, "llvm_ad_rgb": 64, "cycles": 16}, TOLERANCE
+    "Cornell box, NEE + MIS, 256 x 256, depth 8", "cornell", {"ours": 64, "scalar_rgb": 64, "llvm_ad_rgb": 64, "cycles": 16}, TOLERANCE, 5
 )
 
 
 def published() -> list[Contest]:
     """The published scenes against Cycles, with the limits and the Russian roulette in the file, at equal samples."""
-    return [Contest(f"{path.stem}, NEE + MIS", str(path), {"ours": 16, "cycles": 16}, 0.03) for path in sorted(PUBLISHED.glob("*.blend"))]
+    return [Contest(f"{path.stem}, NEE + MIS", str(path), {"ours": 8, "cycles": 8}, 0.03, 3) for path in sorted(PUBLISHED.glob("*.blend"))]
 
 
 class Child:
@@ -135,10 +135,10 @@ def measure(console: Console, contest: Contest) -> list[dict[str, Any]]:
                     raise
                 nothing = dict.fromkeys(("ours", "peer", "ratio"))
                 missing.append({"name": contest.name, **nothing, "peer_name": name, "unit": "Mpaths/s", "missing": str(error)})
-        for turn in range(1, ROUNDS + 1):
+        for turn in range(1, contest.rounds + 1):
             for program in ready:
                 program.render(turn)
-                console.print(f"Round {turn} of {ROUNDS}: {program.program}, {program.rates[-1]:.2f} Mpaths/s")
+                console.print(f"Round {turn} of {contest.rounds}: {program.program}, {program.rates[-1]:.2f} Mpaths/s")
     ours, *peers = ready
     for peer in peers:
         check_same(ours, peer, contest.noise)

@@ -78,7 +78,7 @@ def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_
     assert said.splitlines()[-1].startswith("rlg: interrupted")
 
 
-@pytest.mark.parametrize("after", [0.1, 1.5])
+@pytest.mark.parametrize("after", [0.1, 0.5])
 def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
     arguments = ["export", C1, tmp_path / "c1.npz"]
     status, seconds, said = interrupted("scene.blend::_coverage", 1, *arguments, after=after)
