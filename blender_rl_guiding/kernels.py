@@ -9,8 +9,11 @@ import os
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
 import numba
 import numba.core.config
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 
 def cache_home() -> Path:
@@ -34,6 +37,39 @@ def _has_kernels(file: Path) -> bool:
 
 setattr(numba.core.config, "CACHE_DIR", str(cache_home() / "kernels" / source_key(Path(__file__).parent)))  # noqa: B010  # unknown to the type checker
 
+# LLVM weighs whether to do without a call by the length of what is called, but here short functions call each other in long chains:
+# with its own limit, of 225, a fifth of the rendering is calling.
+llvmlite.binding.set_option("blender_rl_guiding", "-inline-threshold=5000")
+
+
+class _PartLibrary(JITCodeLibrary):
+    """Code that is only linked into kernels, and left as it is until then: optimising it at each level of calls takes as long again."""
+
+    def _optimize_final_module(self) -> None: ...
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None, as there is no machine code."""
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """What is asked to `set_env`."""
+        return self
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Nothing to set: that is done for the kernel."""
+
+
+class _PartCompiler(Compiler):
+    def _compile_core(self) -> Any:
+        self.state.library = _PartLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return super()._compile_core()
+
+
 # Not full fastmath: it may reorder sums differently in a vectorised loop and in its remainder, so that a path's value would
 # depend on its place in the batch; and it assumes away the NaNs that the film looks for.
 # Kernels make no arrays, and so need not count references to them, which would be a call for each array at each call.
@@ -41,5 +77,5 @@ _options: Any = {"_nrt": False, "nogil": True, "error_model": "numpy", "fastmath
 
 # What Python calls: kept on disk with everything it calls.
 kernel = numba.njit(cache=True, **_options)
-# What only kernels call: compiled into them. Without wrappers and files of its own it takes half the time.
-part = numba.njit(**(_options | {"no_cpython_wrapper": True}))
+# What only kernels call: compiled into them, without wrappers and files of its own.
+part = numba.njit(pipeline_class=_PartCompiler, **(_options | {"no_cpython_wrapper": True}))

@@ -26,8 +26,9 @@ def lamps_met(lights, start, ray, travelled, distance, pdf, kind, nee):
         if not crosses(tree, i, start, over, travelled + distance):
             i = tree.skip[i]
             continue
-        if tree.lamp[i] >= 0:
-            light = add(light, _lamp_met(lights, tree.lamp[i], start, ray, travelled, distance, pdf, kind, nee))
+        k = np.int64(tree.lamp[i])
+        if k >= 0:
+            light = add(light, _lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee))
         i += 1
     return light
 

@@ -84,7 +84,7 @@ def _constants(shader: Shader, assets: Shading) -> dict[int, Value]:
 @kernel
 def _run_first(shading, point, registers):
     """Run the first shader; by reference, as the tracer does, so that nothing is compiled twice."""
-    run(ref(shading), 0, ref(point), registers)
+    run(ref(shading), np.int64(0), ref(point), registers)
 
 
 class Program:
