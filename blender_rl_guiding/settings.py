@@ -18,7 +18,29 @@ class Frequency(Settings):
     octaves: int = setting(4, "Number of octaves L; the network reads 6 + 6 L numbers.", min=1, max=16)
 
 
-Encoder = NoEncoding | Frequency
+@dataclass(frozen=True)
+class RBF(Settings):
+    """Bell curves around the centres of a grid of cells, mixed by a small network of their own."""
+
+    across: int = setting(6, "Centres along each of the scene's horizontal sides.", min=1, max=64)
+    up: int = setting(3, "Centres along the scene's height.", min=1, max=64)
+    sigma: float = setting(1.0, "Width of a curve, where the scene reaches from -1 to 1.", min=1e-3, max=100.0)
+    width: int = setting(64, "Neurons in both hidden layers of the mixing network.", min=1, max=4096)
+    features: int = setting(24, "Numbers that the mixing network yields; the Q network reads 6 more.", min=1, max=1024)
+
+
+@dataclass(frozen=True)
+class BSpline(Settings):
+    """Quadratic B-splines along each axis, whose knots and weights a small network yields."""
+
+    reads: Literal["point", "matrix"] = setting("point", "What the small network reads: the point, or a learnt matrix of the scene.")
+    matrix_columns: int = setting(1, "Columns s of the learnt matrix; each brings features of its own.", min=1, max=64)
+    features: int = setting(8, "Features along each axis; the Q network reads 6 + 3 times as many numbers.", min=1, max=256)
+    knots: int = setting(9, "Splines k that one feature is the sum of.", min=1, max=64)
+    width: int = setting(64, "Neurons in both hidden layers of the small network.", min=1, max=4096)
+
+
+Encoder = NoEncoding | Frequency | RBF | BSpline
 
 
 @dataclass(frozen=True)
@@ -32,17 +54,31 @@ class BSDF(Settings):
 
 
 @dataclass(frozen=True)
+class QTable(Settings):
+    """A table over cells of position and normal learns the incident radiance by expected SARSA while the image renders."""
+
+    rows: int = setting(15, "Patches of the hemisphere along cos(theta).", min=1, max=64)
+    columns: int = setting(24, "Patches of the hemisphere along phi.", min=1, max=128)
+    weights: Literal["radiance", "product"] = setting("product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.")
+    bsdf_fraction: float = setting(0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, label="BSDF Fraction")
+    cells: int = setting(32, "Cells along the scene's longest side.", min=1, max=1024)
+    recorded: int = setting(250_000, "Transitions to learn from of each sample per pixel, about.", min=1, max=10_000_000)
+
+
+@dataclass(frozen=True)
 class DQN(Settings):
     """A deep Q-network learns the incident radiance while the image renders."""
 
     encoder: Encoder = setting(Frequency(), "How a surface point is presented to the network.")
     layers: int = setting(3, "Number of dense layers.", min=1, max=16)
     width: int = setting(96, "Neurons in each hidden layer.", min=1, max=4096)
+    activation: Literal["relu", "silu", "tanh"] = setting("relu", "What stands between the layers.")
     rows: int = setting(15, "Patches of the hemisphere along cos(theta).", min=1, max=64)
     columns: int = setting(24, "Patches of the hemisphere along phi.", min=1, max=128)
     weights: Literal["radiance", "product"] = setting("product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.")
     bsdf_fraction: float = setting(0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, label="BSDF Fraction")
     cells: int = setting(32, "Cells along the scene's longest side; the network is laid out as a table over them.", min=1, max=1024)
+    loss: Literal["dqn", "cdqn"] = setting("dqn", "Of the target network alone, or the larger of its loss and the online network's own (C-DQN).")
     error: Literal["squared", "relative"] = setting("relative", "Squared error, or squared error relative to Q squared.")
     recorded: int = setting(250_000, "Transitions to remember of each sample per pixel, about.", min=1, max=10_000_000)
     memory: int = setting(500_000, "Transitions that the replay memory holds.", min=1, max=10_000_000)
@@ -51,12 +87,15 @@ class DQN(Settings):
     first_steps: int = setting(300, "Training steps the first time, when there is most to learn.", min=0, max=100_000)
     steps: int = setting(24, "Training steps after each further sample per pixel.", min=0, max=100_000)
     max_steps: int = setting(100_000, "Training steps in all.", min=0, max=10_000_000)
-    learning_rate: float = setting(1e-2, "Step size of Adam at the start.", min=1e-8, max=1.0)
-    decay: float = setting(0.998, "Factor on the step size after each step.", min=0.5, max=1.0)
+    normalise: bool = setting(True, "Scale rewards to a mean of 0.1, so that the settings suit scenes of any brightness.")
+    optimiser: Literal["adam", "sgd"] = setting("adam", "Adam, or plain gradient descent.")
+    learning_rate: float = setting(1e-2, "Step size at the start.", min=1e-8, max=10.0)
+    schedule: Literal["exponential", "cosine"] = setting("exponential", "The step size falls by a factor, or by a cosine to 0 at the last step.")
+    decay: float = setting(0.998, "Factor of the exponential schedule for each step.", min=0.5, max=1.0)
     tau: float = setting(0.1, "Share of the online network that enters the target network after each step.", min=0.0, max=1.0)
 
 
-Guide = Uniform | BSDF | DQN
+Guide = Uniform | BSDF | QTable | DQN
 
 
 @dataclass(frozen=True)
@@ -78,10 +117,44 @@ class Render(Settings):
     guide: Guide = setting(BSDF(), "How the next direction of a path is chosen.")
 
 
+def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, loss: Literal["dqn", "cdqn"] = "dqn") -> Render:
+    """The published settings, which the network, the patches and the loss are to be added to."""
+    guide = DQN(
+        encoder=encoder,
+        layers=layers,
+        width=width,
+        rows=rows,
+        columns=columns,
+        loss=loss,
+        weights="radiance",
+        bsdf_fraction=0.0,
+        error="squared",
+        normalise=False,
+        recorded=120_000,
+        memory=120_000,
+        learning_starts=100_000,
+        batch=8_192,
+        first_steps=32,
+        steps=32,
+        max_steps=1_000,
+        learning_rate=1e-3,
+        decay=0.995,
+        tau=1e-3,
+    )
+    return Render(guide=guide)
+
+
 PRESETS = {
     "uniform_nee": Render(nee=True, guide=Uniform()),
     "bsdf_nee": Render(nee=True, guide=BSDF()),
     "dqn_nee": Render(nee=True, guide=DQN()),
+    "slides_a_dqn": _slides(NoEncoding(), layers=2, width=1000, rows=9, columns=12),
+    "slides_a_pos": _slides(Frequency(octaves=8), layers=2, width=1000, rows=9, columns=12),
+    "slides_b_cdqn": _slides(NoEncoding(), layers=3, width=250, rows=12, columns=30, loss="cdqn"),
+    "slides_b_rbf": _slides(RBF(), layers=3, width=250, rows=12, columns=30, loss="cdqn"),
+    "slides_c_dqn": _slides(NoEncoding(), layers=3, width=200, rows=10, columns=20),
+    "slides_c_rbf": _slides(RBF(), layers=3, width=200, rows=10, columns=20),
+    "slides_c_bspline": _slides(BSpline(), layers=3, width=200, rows=10, columns=20),
 }
 
 
