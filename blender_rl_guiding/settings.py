@@ -62,7 +62,12 @@ class QTable(Settings):
     weights: Literal["radiance", "product"] = setting("product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.")
     bsdf_fraction: float = setting(0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, label="BSDF Fraction")
     cells: int = setting(32, "Cells along the scene's longest side.", min=1, max=1024)
-    recorded: int = setting(250_000, "Transitions to learn from of each sample per pixel, about.", min=1, max=10_000_000)
+    levels: int = setting(
+        5, "Sizes of cells, each twice the last, from which seldom visited ones borrow; 1 is the plain table.", min=1, max=12
+    )
+    prior: float = setting(4.0, "Visits that count for what a cell borrows from the next larger one.", min=1e-3, max=1e6)
+    second_moment: bool = setting(True, "Draw by the root of the mean square of the radiance instead of its mean.")
+    recorded: int = setting(1_000_000, "Transitions to learn from of each sample per pixel, about.", min=1, max=10_000_000)
 
 
 @dataclass(frozen=True)
@@ -78,7 +83,9 @@ class DQN(Settings):
     weights: Literal["radiance", "product"] = setting("product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.")
     bsdf_fraction: float = setting(0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, label="BSDF Fraction")
     cells: int = setting(32, "Cells along the scene's longest side; the network is laid out as a table over them.", min=1, max=1024)
-    loss: Literal["dqn", "cdqn"] = setting("dqn", "Of the target network alone, or the larger of its loss and the online network's own (C-DQN).")
+    loss: Literal["dqn", "cdqn"] = setting(
+        "dqn", "Of the target network alone, or the larger of its loss and the online network's own (C-DQN)."
+    )
     error: Literal["squared", "relative"] = setting("relative", "Squared error, or squared error relative to Q squared.")
     recorded: int = setting(250_000, "Transitions to remember of each sample per pixel, about.", min=1, max=10_000_000)
     memory: int = setting(500_000, "Transitions that the replay memory holds.", min=1, max=10_000_000)
@@ -90,7 +97,9 @@ class DQN(Settings):
     normalise: bool = setting(True, "Scale rewards to a mean of 0.1, so that the settings suit scenes of any brightness.")
     optimiser: Literal["adam", "sgd"] = setting("adam", "Adam, or plain gradient descent.")
     learning_rate: float = setting(1e-2, "Step size at the start.", min=1e-8, max=10.0)
-    schedule: Literal["exponential", "cosine"] = setting("exponential", "The step size falls by a factor, or by a cosine to 0 at the last step.")
+    schedule: Literal["exponential", "cosine"] = setting(
+        "exponential", "The step size falls by a factor, or by a cosine to 0 at the last step."
+    )
     decay: float = setting(0.998, "Factor of the exponential schedule for each step.", min=0.5, max=1.0)
     tau: float = setting(0.1, "Share of the online network that enters the target network after each step.", min=0.0, max=1.0)
 
@@ -113,6 +122,9 @@ class Render(Settings):
     )
     denoise: bool = setting(False, "Write a denoised image, too, by Open Image Denoise with albedo and normal.")
     passes: bool = setting(False, "Keep albedo, normal, depth, position, emission, direct, indirect, variance and sample count, too.")
+    emphasis: float = setting(
+        0.0, "Sample i of a pixel counts i to this power: where a guide learns, later samples are better.", min=0.0, max=4.0
+    )
     seed: int = setting(0, "Seed of the random streams.", min=0, max=2**31 - 1)
     guide: Guide = setting(BSDF(), "How the next direction of a path is chosen.")
 
@@ -145,6 +157,8 @@ def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, 
 
 
 PRESETS = {
+    "recommended": Render(emphasis=0.5, guide=QTable()),
+    "recommended_nee": Render(nee=True, emphasis=0.5, guide=QTable()),
     "uniform_nee": Render(nee=True, guide=Uniform()),
     "bsdf_nee": Render(nee=True, guide=BSDF()),
     "dqn_nee": Render(nee=True, guide=DQN()),

@@ -1,10 +1,11 @@
 """Guides: who chooses the next direction of a path."""
 
 from ..scene.data import SceneData
-from ..settings import BSDF, DQN, Uniform
+from ..settings import BSDF, DQN, QTable, Uniform
 from ..settings import Guide as GuideSettings
 from . import fixed
 from .base import Guide
+from .qtable import QTableGuide
 
 
 def make_guide(settings: GuideSettings, scene: SceneData, seed: int) -> Guide:
@@ -14,6 +15,8 @@ def make_guide(settings: GuideSettings, scene: SceneData, seed: int) -> Guide:
             return fixed.uniform()
         case BSDF():
             return fixed.bsdf()
+        case QTable():
+            return QTableGuide(settings, scene)
         case DQN():
             from .dqn import DQNGuide  # torch takes seconds to import; only this guide needs it
 

@@ -25,6 +25,12 @@ class CellTable:
             if done < len(position):
                 self._grow()
 
+    def rows(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """The row of each state, (n,) int32; UNKNOWN where none was inserted."""
+        found = np.empty(len(position), np.int32)
+        find_rows(self.cells, position, normal, found)
+        return found
+
     def states(self) -> tuple[np.ndarray, np.ndarray]:
         """Mean position and unit mean normal of each cell, (C, 3) float32 each."""
         sums = self._sums[: self.count]
@@ -75,3 +81,10 @@ def rehash(old, new):
     for i in range(old.keys.shape[0]):
         if old.keys[i] != np.uint64(0):
             put(new, old.keys[i], old.rows[i])
+
+
+@kernel
+def find_rows(cells, position, normal, rows):
+    """Write the row of each state to `rows`, (n,) int32."""
+    for i in range(position.shape[0]):
+        rows[i] = find_cell(cells, vector(position, i), vector(normal, i))

@@ -4,11 +4,12 @@ The network learns from replayed transitions after every pass; then it is evalua
 tracer draws directions from that table.
 """
 
+import time
+from typing import Any
+
 import numpy as np
 import torch
 
-from ..kernels import kernel
-from ..sampling import tangents, to_local, vector
 from ..scene.data import SceneData
 from ..settings import DQN
 from .adam import Adam
@@ -16,7 +17,7 @@ from .base import Transitions
 from .cells import CellTable
 from .directions import Directions, one_cell
 from .network import QNetwork, soft_update, target_of
-from .patches import mean_cosines, patch_of
+from .patches import mean_cosines, patches_of
 from .replay import ReplayMemory
 
 TORCH_THREADS = 1  # the rounding of sums depends on it, so it must not follow the machine; more hardly help networks this small
@@ -39,7 +40,7 @@ class DQNGuide:
         self._rng = np.random.default_rng(seed)
         low, high = scene.bounds
         self._centre, self._half = (low + high) / 2, np.maximum(high - low, 1e-6) / 2
-        self._cells = CellTable(low, float((high - low).max()) / settings.cells)
+        self.cells = CellTable(low, float((high - low).max()) / settings.cells)
         self._memory = ReplayMemory(settings.memory)
         self._online = QNetwork(settings)
         self._target = target_of(self._online)
@@ -55,28 +56,39 @@ class DQNGuide:
     def wanted(self) -> int:
         return self._settings.recorded
 
-    def learn(self, transitions: Transitions) -> dict[str, float]:
+    def learn(self, transitions: Transitions) -> dict[str, Any]:
         """Remember the pass, train, and lay the network out as a table."""
         settings = self._settings
-        self._cells.insert(transitions.position, transitions.normal)
+        self.cells.insert(transitions.position, transitions.normal)
         self._memory.add(transitions)
         if self._scale == 0.0 and transitions.reward.any():
-            self._scale = MEAN_REWARD / float(transitions.reward.mean())
+            self._scale = MEAN_REWARD / float(transitions.reward.mean()) if settings.normalise else 1.0
         steps = min(settings.steps if self._steps else settings.first_steps, settings.max_steps - self._steps)
         if self._scale == 0.0 or len(self._memory) < settings.learning_starts or steps <= 0:
             return {}
+        start = time.perf_counter()
         losses = [self._train(self._memory.sample(settings.batch, self._rng)) for _ in range(steps)]
+        trained = time.perf_counter()
         self._steps += steps
         self._directions = self._tabulate()
-        return {"loss": float(np.mean(losses)), "steps": self._steps, "cells": self._cells.count}
+        seconds = {"train_seconds": trained - start, "infer_seconds": time.perf_counter() - trained}
+        return {"loss": float(np.mean(losses)), "losses": losses, "steps": self._steps, "cells": self.cells.count} | seconds
 
     def _train(self, batch: Transitions) -> float:
-        """One step of Adam on the mean of (Q(s, a; w) - target(s'; w-))^2, or of that relative to Q^2."""
+        """One step on the mean over the batch of (Q(s, a; w) - target(s'))^2, or of that relative to Q^2.
+
+        The target is that of w-, through which no gradient flows. C-DQN takes for each transition the larger of that loss and the one
+        whose target is that of w itself, where the gradient flows through both (Wang and Ueda 2022).
+        """
         s = self._settings
         patches = np.empty(len(batch.order), np.int64)
         patches_of(s.rows, s.columns, batch.normal, batch.direction, patches)
         q = self._online.of_patch(*self._state(batch.position, batch.normal), torch.from_numpy(patches))
-        error = (q - self._expected_sarsa(batch)).square()
+        with torch.no_grad():
+            target = self._expected_sarsa(batch, self._target)
+        error = (q - target).square()
+        if s.loss == "cdqn":
+            error = torch.maximum(error, (q - self._expected_sarsa(batch, self._online)).square())
         if s.error == "relative":
             error = error / (q.detach().square() + SMALL_Q)
         loss = error.mean()
@@ -85,33 +97,28 @@ class DQNGuide:
         soft_update(self._target, self._online, s.tau)
         return loss.item()
 
-    @torch.no_grad()
-    def _expected_sarsa(self, batch: Transitions) -> torch.Tensor:
-        """r + (2 pi / N) sum_k Q(s', k; w-) albedo / pi cos(theta_k), with the cosine's exact mean over each patch."""
-        arriving = self._target(*self._state(batch.next_position, batch.next_normal)) @ self._cosines
+    def _expected_sarsa(self, batch: Transitions, network: QNetwork) -> torch.Tensor:
+        """r + (2 pi / N) sum_k Q(s', k) albedo / pi cos(theta_k), with the cosine's exact mean over each patch."""
+        arriving = network(*self._state(batch.next_position, batch.next_normal)) @ self._cosines
         reward, albedo = torch.from_numpy(batch.reward), torch.from_numpy(batch.albedo)
         return reward * self._scale + albedo * (2 / len(self._cosines)) * arriving
+
+    @torch.no_grad()
+    def q(self) -> np.ndarray:
+        """The estimate of the mean radiance through each patch of each cell, (C, N) float32."""
+        return self._online(*self._state(*self.cells.states())).numpy() / self._scale
 
     @torch.no_grad()
     def _tabulate(self) -> Directions:
         """Patch probabilities of every cell by the online network."""
         s = self._settings
-        weights = self._online(*self._state(*self._cells.states()))
+        weights = self._online(*self._state(*self.cells.states()))
         if s.weights == "product":
             weights = weights * self._cosines
         cdf = weights.double().cumsum(1)
         cdf = (cdf / cdf[:, -1:]).float().numpy()
-        return Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self._cells.cells, cdf)
+        return Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self.cells.cells, cdf)
 
     def _state(self, position: np.ndarray, normal: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
         """x in [-1, 1]^3 by the scene's bounds, and n."""
         return torch.from_numpy(((position - self._centre) / self._half).astype(np.float32)), torch.from_numpy(normal)
-
-
-@kernel
-def patches_of(rows, columns, normal, direction, patches):
-    """Write the patch that each direction passes through in the frame of its normal to `patches`, (n,) int64."""
-    for i in range(normal.shape[0]):
-        n = vector(normal, i)
-        t, b = tangents(n)
-        patches[i] = patch_of(rows, columns, to_local(t, b, n, vector(direction, i)))

@@ -1,5 +1,7 @@
 """The guides that never learn: `uniform`, the slides' baseline, and `bsdf`, the honest one."""
 
+from typing import Any
+
 from .base import Transitions
 from .directions import Directions, one_cell
 
@@ -16,7 +18,7 @@ class FixedGuide:
     def wanted(self) -> int:
         return 0
 
-    def learn(self, transitions: Transitions) -> dict[str, float]:
+    def learn(self, transitions: Transitions) -> dict[str, Any]:
         return {}
 
 

@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 
-from ..kernels import part
-from ..sampling import TWO_PI, F, circle
+from ..kernels import kernel, part
+from ..sampling import TWO_PI, F, circle, tangents, to_local, vector
+from ..scene.description import Camera
 
 
 @part
@@ -32,3 +33,32 @@ def sample_patch(rows, columns, patch, u, v):
 def mean_cosines(rows: int, columns: int) -> np.ndarray:
     """The mean of cos(theta) over each patch, (rows * columns,) float32; exact, because rows split cos(theta) evenly."""
     return np.repeat((np.arange(rows, dtype=np.float32) + 0.5) / rows, columns).astype(np.float32)
+
+
+@kernel
+def patches_of(rows, columns, normal, direction, patches):
+    """Write the patch that each direction passes through in the frame of its normal to `patches`, (n,) int64."""
+    for i in range(normal.shape[0]):
+        n = vector(normal, i)
+        t, b = tangents(n)
+        patches[i] = patch_of(rows, columns, to_local(t, b, n, vector(direction, i)))
+
+
+def hemisphere(position: np.ndarray, normal: np.ndarray, rows: int, columns: int) -> Camera:
+    """A camera at a point of a surface whose pixels are the patches: its image holds the mean radiance that arrives through each.
+
+    Its top row of pixels is the last row of patches, around the normal.
+    """
+    to_world = np.eye(4, dtype=np.float32)
+    tangent_frame(np.float32(normal)[None], to_world)
+    to_world[:3, 3] = position
+    return Camera(tuple(map(tuple, to_world.tolist())), (0.0, 1.0, 0.0, 1.0), columns, rows, "hemisphere")
+
+
+@kernel
+def tangent_frame(normal, frame):
+    """Write tangent, bitangent and the (1, 3) normal itself to the first columns of `frame`."""
+    n = vector(normal, 0)
+    t, b = tangents(n)
+    for row in range(3):
+        frame[row, 0], frame[row, 1], frame[row, 2] = t[row], b[row], n[row]

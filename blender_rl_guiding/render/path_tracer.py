@@ -41,27 +41,32 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
     bad = np.int64(-1)
     for path in range(first * samples, end * samples):
         pixel = pixels[path // samples]
-        key = stream(seed, pixel, first_sample + path % samples)
-        L = trace_path(stage, directions, limits, share, pixel, path, key, scratch, film.passes)
-        if not add_sample(film, pixel, L) and bad < 0:
+        sample = first_sample + path % samples
+        key = stream(seed, pixel, sample)
+        weight = F((sample + 1) ** limits.emphasis) if limits.emphasis > 0.0 else F(1)
+        L = trace_path(stage, directions, limits, share, pixel, path, key, weight, scratch, film.passes)
+        if not add_sample(film, pixel, L, weight) and bad < 0:
             bad = pixel
     return bad
 
 
 @part
-def add_sample(film, pixel, L):
+def add_sample(film, pixel, L, weight):
     """Add a sample to its pixel's sums; whether it is finite."""
+    w = np.float64(weight)
     for c in range(3):
-        value = np.float64(L[c])
+        value = w * np.float64(L[c])
         film.sum[pixel, c] += value
         film.squares[pixel, c] += value * value
     film.samples[pixel] += 1
+    film.weight[pixel, 0] += w
+    film.weight[pixel, 1] += w * w
     return np.isfinite(L[0] + L[1] + L[2])
 
 
 @part
-def trace_path(stage, directions, limits, share, pixel, path, key, scratch, passes):
-    """One path from the camera to its end: the radiance that it brings, RGB. Adds to the pixel's `passes` if there are any."""
+def trace_path(stage, directions, limits, share, pixel, path, key, weight, scratch, passes):
+    """One path from the camera to its end: the radiance that it brings, RGB. Adds `weight` times the pixel's `passes` if there are any."""
     rays, registers, lobes, transitions, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.transitions, scratch.counts
     features = passes.shape[0] > 0
     learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
@@ -95,9 +100,9 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
                 light = add(light, surroundings(stage, registers, ray, pdf, kind, scattered, limits.nee))
             L = add(L, multiply(beta, light))
             if features:
-                credit(passes, pixel, multiply(beta, light), scattered)
+                credit(passes, pixel, weight, multiply(beta, light), scattered)
                 if hidden:
-                    passes[pixel, ALPHA] += (beta[0] + beta[1] + beta[2]) * F(1 / 3)
+                    passes[pixel, ALPHA] += weight * (beta[0] + beta[1] + beta[2]) * F(1 / 3)
             if recorded:
                 reward += through * luminance(light)
                 write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, ZERO, ZERO, reward, F(0))
@@ -126,7 +131,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
         L = add(L, multiply(beta, light))
         reward += through * luminance(light)
         if features:
-            credit(passes, pixel, multiply(beta, light), scattered)
+            credit(passes, pixel, weight, multiply(beta, light), scattered)
         colour = bsdf.albedo(lobes, lobes_count)
 
         # --- passing straight ------------------------------------------------------------------------------------------------
@@ -142,7 +147,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
             continue
         beta = scale(beta, F(1) / (F(1) - chance_straight))
         if features and not seen:
-            write_features(passes, pixel, stage.lens, x, n, colour)
+            write_features(passes, pixel, weight, stage.lens, x, n, colour)
         seen = True
 
         # --- the segment that led here is complete, unless light can arrive from one direction only ------------------------------
@@ -200,7 +205,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, scratch, pass
                     leaving = multiply(f, arriving)
                     L = add(L, multiply(beta, leaving))
                     if features:
-                        credit(passes, pixel, multiply(beta, leaving), scattered + 1)
+                        credit(passes, pixel, weight, multiply(beta, leaving), scattered + 1)
                     if slot >= 0:
                         transitions.reward[slot] += luminance(leaving)
 
@@ -259,23 +264,23 @@ def mixed(directions, cell, n, wi, guided, pdf_guidable):
 
 
 @part
-def credit(passes, pixel, light, scattered):
+def credit(passes, pixel, weight, light, scattered):
     """Count light to the pass of emission or direct light, by the scattering events that it needed."""
     if scattered <= 1:
         column = EMISSION if scattered == 0 else DIRECT
         for c in range(3):
-            passes[pixel, column + c] += light[c]
+            passes[pixel, column + c] += weight * light[c]
 
 
 @part
-def write_features(passes, pixel, lens, x, n, colour):
+def write_features(passes, pixel, weight, lens, x, n, colour):
     """The passes of the first surface."""
     for c in range(3):
-        passes[pixel, ALBEDO + c] += colour[c]
-        passes[pixel, SHADING_NORMAL + c] += n[c]
-        passes[pixel, POSITION + c] += x[c]
+        passes[pixel, ALBEDO + c] += weight * colour[c]
+        passes[pixel, SHADING_NORMAL + c] += weight * n[c]
+        passes[pixel, POSITION + c] += weight * x[c]
     a = lens.axes
-    passes[pixel, DEPTH] += (a[3, 0] - x[0]) * a[2, 0] + (a[3, 1] - x[1]) * a[2, 1] + (a[3, 2] - x[2]) * a[2, 2]
+    passes[pixel, DEPTH] += weight * ((a[3, 0] - x[0]) * a[2, 0] + (a[3, 1] - x[1]) * a[2, 1] + (a[3, 2] - x[2]) * a[2, 2])
 
 
 @part

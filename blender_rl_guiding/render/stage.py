@@ -48,6 +48,7 @@ class Limits(NamedTuple):
     nee: bool
     blind_lamps: bool  # whether there are lamps that only next-event estimation can find
     transparent_film: bool
+    emphasis: np.float64  # sample i of a pixel counts i to this power
 
 
 class Scratch(NamedTuple):
@@ -123,7 +124,8 @@ def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
     kinds = (bounces.total, bounces.diffuse, bounces.glossy, bounces.transmission) if most < 0 else (most, most, most, most)
     blind = bool((stage.lights.lamps[:, HITTABLE] == 0).any())
     lit = bool(stage.lights.probability.any())
-    return Limits(*kinds, bounces.transparent, bounces.roulette, settings.nee and lit, blind and lit, scene.film.transparent)
+    modes = settings.nee and lit, blind and lit, scene.film.transparent
+    return Limits(*kinds, bounces.transparent, bounces.roulette, *modes, np.float64(settings.emphasis))
 
 
 def wants_passes(scene: SceneData, settings: Render) -> bool:

@@ -9,8 +9,8 @@ from ..kernels import part
 from ..sampling import TWO_PI, F, add, circle, normalize, pick, scale, subtract
 from .data import SceneData
 
-PERSPECTIVE, ORTHOGRAPHIC, PANORAMA = range(3)
-_KINDS = ("perspective", "orthographic", "panorama")
+PERSPECTIVE, ORTHOGRAPHIC, PANORAMA, HEMISPHERE = range(4)
+_KINDS = ("perspective", "orthographic", "panorama", "hemisphere")
 _FILTERS = {"box": 1.0, "blackman_harris": 2.0, "gaussian": 3.0}  # widths that Cycles samples, in those that are set
 _FILTER_CELLS = 1024
 
@@ -116,6 +116,10 @@ def camera_ray(lens, px, py, u, v, lens_u, lens_v):
     if lens.kind == PANORAMA:
         direction = (math.sin(x) * math.cos(y), math.sin(y), -math.cos(x) * math.cos(y))
         return position, _to_world(lens, direction), lens.near, lens.far
+    if lens.kind == HEMISPHERE:
+        a, b = circle(x)
+        sine = math.sqrt(max(F(0), F(1) - y * y))
+        return position, _to_world(lens, (a * sine, b * sine, y)), lens.near, lens.far
     start, direction = (F(0), F(0), F(0)), (x, y, F(-1))
     if lens.kind == ORTHOGRAPHIC:
         start, direction = (x, y, F(0)), (F(0), F(0), F(-1))

@@ -20,7 +20,7 @@ TABLE_SIZE = 256
 _BLOCK = 1 << 16  # triangles, or numbers, whose arithmetic stays in the cache
 _FILTERS, _CAMERAS, _LAMPS = (
     ("box", "gaussian", "blackman_harris"),
-    ("perspective", "orthographic", "panorama"),
+    ("perspective", "orthographic", "panorama", "hemisphere"),
     ("point", "spot", "sun", "area"),
 )
 

@@ -36,8 +36,10 @@ class Camera:
     window: tuple[float, float, float, float]  # left, right, bottom, top of the image at distance 1; orthographic: in metres
     width: int  # pixels
     height: int
-    kind: str = "perspective"  # perspective, orthographic, or panorama: equirectangular, the window in radians of longitude and latitude
-    near: float = 0.0  # clip distances along the view axis; along the ray for panoramas
+    # perspective, orthographic, or panorama: equirectangular, the window in radians of longitude and latitude; or hemisphere: looks
+    # along +z, x of the window is the turn around it, 0..1, and y the cosine to it, so that all pixels are of one solid angle.
+    kind: str = "perspective"
+    near: float = 0.0  # clip distances along the view axis; along the ray for panoramas and hemispheres
     far: float = float("inf")
     aperture: float = 0.0  # radius of the lens in metres; 0 has everything in focus
     focus: float = 1.0  # distance of the plane in focus, metres

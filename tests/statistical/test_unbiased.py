@@ -13,7 +13,7 @@ from blender_rl_guiding.render import render
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.settings import BSDF, DQN, Frequency, Machine, NoEncoding, Render, Uniform
+from blender_rl_guiding.settings import BSDF, DQN, Frequency, Machine, NoEncoding, QTable, Render, Uniform
 from tests import scenes
 from tests.significance import assert_means, detectable
 from tests.studio import studio
@@ -23,6 +23,7 @@ SEEDS, SPP = (11, 12, 13), 64
 MACHINE = Machine(batch=4096)
 SMALL = {"layers": 2, "width": 16, "rows": 4, "columns": 6, "cells": 8, "recorded": 2000, "learning_starts": 256, "batch": 256}
 SMALL |= {"first_steps": 20, "steps": 4}
+COARSE = {"rows": 4, "columns": 6, "cells": 8, "recorded": 4000}
 
 VARIANTS = {
     "bsdf": Render(guide=BSDF()),
@@ -34,6 +35,11 @@ VARIANTS = {
     "dqn alone": Render(guide=DQN(bsdf_fraction=0.0, **SMALL)),
     "dqn alone radiance nee": Render(guide=DQN(encoder=Frequency(6), weights="radiance", bsdf_fraction=0.0, **SMALL), nee=True),
     "dqn squared": Render(guide=DQN(error="squared", **SMALL)),
+    "cdqn": Render(guide=DQN(loss="cdqn", **SMALL)),
+    "qtable": Render(guide=QTable(**COARSE), emphasis=0.5),
+    "qtable nee": Render(guide=QTable(**COARSE), nee=True, emphasis=0.5),
+    "qtable plain": Render(guide=QTable(levels=1, second_moment=False, weights="radiance", **COARSE)),
+    "qtable alone": Render(guide=QTable(bsdf_fraction=0.0, **COARSE), nee=True),
 }
 
 
@@ -75,9 +81,9 @@ def assert_unbiased(films: list[Film], truth: Film) -> None:
 @pytest.mark.parametrize("name", VARIANTS)
 def test_guided_mean_is_the_unguided_mean(name):
     method = VARIANTS[name]
-    spp = SPP if isinstance(method.guide, DQN) else 4 * SPP
+    spp = SPP if isinstance(method.guide, DQN | QTable) else 4 * SPP
     results = [render(SCENES["box"], replace(method, spp=spp, seed=seed), MACHINE) for seed in SEEDS]
-    if isinstance(method.guide, DQN):
+    if isinstance(method.guide, DQN | QTable):
         assert all("loss" in result.curve[-2] for result in results), "nothing was learnt: this would test the BSDF's sampling"
     assert_unbiased([result.film for result in results], truth("box"))
 

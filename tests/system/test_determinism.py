@@ -15,7 +15,7 @@ import pytest
 from blender_rl_guiding.render import Result, render
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
-from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
+from blender_rl_guiding.settings import DQN, Machine, QTable, Render, Uniform
 from tests import scenes
 from tests.studio import studio
 
@@ -27,6 +27,7 @@ METHODS = {
     "bsdf nee": Render(spp=6, nee=True),
     "dqn": Render(spp=6, guide=SMALL),
     "dqn nee": Render(spp=6, guide=SMALL, nee=True),
+    "qtable nee": Render(spp=6, guide=QTable(recorded=3000), nee=True, emphasis=0.5),
     "adaptive": Render(spp=32, nee=True, noise=0.1, passes=True),
 }
 

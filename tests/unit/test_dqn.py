@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from blender_rl_guiding.guiding.base import Transitions
-from blender_rl_guiding.guiding.dqn import MEAN_REWARD, DQNGuide, patches_of
-from blender_rl_guiding.guiding.patches import mean_cosines
+from blender_rl_guiding.guiding.dqn import MEAN_REWARD, DQNGuide
+from blender_rl_guiding.guiding.patches import mean_cosines, patches_of
 from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
@@ -57,23 +57,44 @@ class Fixed(torch.nn.Module):
 
 def test_expected_sarsa_target_by_hand():
     guide, q = new_guide(), np.random.default_rng(1).exponential(size=N)
-    guide._target, guide._scale = Fixed(q), 0.5
+    guide._scale = 0.5
     cosines = (np.arange(N) // COLUMNS + 0.5) / ROWS
     value = 2 * np.pi / N * (q * cosines).sum() / np.pi  # (2 pi / N) sum_k Q_k f cos_k, for albedo 1
-    target = guide._expected_sarsa(transitions(rewards=[0, 4, 4, 0], albedos=[1, 0, 0.25, 0]))
+    target = guide._expected_sarsa(transitions(rewards=[0, 4, 4, 0], albedos=[1, 0, 0.25, 0]), Fixed(q)).detach()
     np.testing.assert_allclose(target, [value, 2, 2 + 0.25 * value, 0], rtol=1e-5)
 
 
 def test_value_of_an_even_sky_is_albedo_times_radiance():
     guide = new_guide()
-    guide._target, guide._scale = Fixed(np.full(N, 0.7)), 1.0
-    np.testing.assert_allclose(guide._expected_sarsa(transitions([0, 1], [0.6, 0.6])), [0.42, 1.42], rtol=1e-5)
+    guide._scale = 1.0
+    target = guide._expected_sarsa(transitions([0, 1], [0.6, 0.6]), Fixed(np.full(N, 0.7))).detach()
+    np.testing.assert_allclose(target, [0.42, 1.42], rtol=1e-5)
 
 
 def test_no_gradient_flows_through_the_target():
-    guide = new_guide()
-    guide._target, guide._scale = guide._online, 1.0  # even if it were the online network
-    assert not guide._expected_sarsa(transitions([1.0], [1.0])).requires_grad
+    guide, network = new_guide(error="squared"), Fixed(np.full(N, 0.3))
+    guide._online = guide._target = network  # type: ignore[assignment]
+    guide._scale, guide._optimiser = 1.0, torch.optim.SGD(network.parameters(), lr=0.0)  # type: ignore[assignment]
+    guide._train(transitions([1.0], [1.0]))
+    assert np.count_nonzero(network.q.grad) == 1  # Q of the patch alone
+
+
+def test_cdqn_takes_the_larger_loss_and_its_gradient():
+    """Two transitions: the first is further from the target network's value, the second from the online network's own."""
+    guide, batch = new_guide(loss="cdqn", error="squared", optimiser="sgd", learning_rate=1.0), transitions([0.0, 1.0], [0.5, 0.5])
+    online, target = Fixed(np.full(N, 0.8)), Fixed(np.zeros(N))
+    guide._online, guide._target, guide._scale = online, target, 1.0  # type: ignore[assignment]
+    guide._optimiser = torch.optim.SGD(online.parameters(), lr=0.0)  # type: ignore[assignment]
+    # Residuals with the target network's value 0, and with the online one's, 0.5 * 0.8 = 0.4.
+    dqn, own = [0.8 - 0.0, 0.8 - 1.0], [0.8 - 0.4, 0.8 - 1.4]
+    assert guide._train(batch) == pytest.approx((dqn[0] ** 2 + own[1] ** 2) / 2, rel=1e-5)
+    # Both pull at their own patch's Q; the second, through its target, at all patches, by their share of the target.
+    patches = np.empty(2, np.int64)
+    patches_of(ROWS, COLUMNS, batch.normal, batch.direction, patches)
+    gradient = np.zeros(N)
+    np.add.at(gradient, patches, [dqn[0], own[1]])
+    gradient -= own[1] * 0.5 * 2 / N * mean_cosines(ROWS, COLUMNS)
+    np.testing.assert_allclose(online.q.grad, gradient, rtol=1e-4, atol=1e-6)
 
 
 @pytest.mark.parametrize("error", ["squared", "relative"])
@@ -132,10 +153,10 @@ def test_learning_waits_for_transitions_and_for_light():
 def test_table_is_q_or_q_times_cosine(weights):
     guide = new_guide(weights=weights, first_steps=1)
     guide.learn(transitions(np.ones(100), np.ones(100), positions=np.random.default_rng(1).random((100, 3))))
-    q = guide._online(*guide._state(*guide._cells.states())).detach().numpy().astype(float)
+    q = guide._online(*guide._state(*guide.cells.states())).detach().numpy().astype(float)
     expected = q * (mean_cosines(ROWS, COLUMNS) if weights == "product" else 1)
     cdf = guide.directions().cdf
-    assert len(cdf) == guide._cells.count > 3
+    assert len(cdf) == guide.cells.count > 3
     np.testing.assert_allclose(np.diff(cdf, axis=1, prepend=0), expected / expected.sum(axis=1, keepdims=True), atol=1e-6)
     np.testing.assert_array_equal(cdf[:, -1], 1)
 
@@ -149,13 +170,15 @@ def learned(scene: SceneData, render: Render, passes: int) -> tuple[DQNGuide, np
     film, pixels = Film(scene.camera.width, scene.camera.height), np.arange(scene.camera.width * scene.camera.height)
     for sample in range(passes):
         guide.learn(tracer.trace(guide.directions(), film, pixels, sample, 1, guide.wanted()))
-    with torch.no_grad():
-        return guide, guide._online(*guide._state(*guide._cells.states())).numpy() / guide._scale
+    return guide, guide.q()
 
 
-def test_two_states_learn_their_bellman_equations():
+@pytest.mark.parametrize("loss", ["dqn", "cdqn"])
+def test_two_states_learn_their_bellman_equations(loss):
     """Through every direction state 0 sees a wall of emission 1 and albedo 1/2 in state 1, which sees a wall of emission 0 in state 0."""
-    guide = new_guide(scenes.furnace_box(0.5, 1.0), encoder=NoEncoding(), first_steps=600, tau=0.1, decay=0.995, learning_rate=0.02)
+    guide = new_guide(
+        scenes.furnace_box(0.5, 1.0), encoder=NoEncoding(), loss=loss, first_steps=600, tau=0.1, decay=0.995, learning_rate=0.02
+    )
     n = 4000
     here = np.arange(n) % 2
     positions = np.where(here[:, None], (1.0, 0.5, 0.9), (-0.5, -0.5, 0.1))

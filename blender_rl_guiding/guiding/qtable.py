@@ -1,0 +1,139 @@
+"""Guide `qtable`: a table over cells of position and normal learns the incident radiance by expected SARSA (Dahm and Keller 2017).
+
+Departs from the method as published: (1) a cell that was seldom visited borrows from the larger cells around it, because most pairs of
+state and action are seen a few times at most; (2) directions may be drawn by the root of the mean square of the radiance, which spares
+outliers where it varies within cell and patch (Rath et al. 2020).
+"""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..kernels import kernel
+from ..scene.data import SceneData
+from ..settings import QTable
+from .base import Transitions
+from .cells import CellTable
+from .directions import UNKNOWN, Directions, one_cell
+from .patches import mean_cosines, patches_of
+
+LEAST = np.float32(0.01)  # of the mean over the patches, so that none is ever ruled out
+
+
+class QTableGuide:
+    """See `Guide`."""
+
+    def __init__(self, settings: QTable, scene: SceneData) -> None:
+        self._settings = settings
+        low, high = scene.bounds
+        size = float((high - low).max()) / settings.cells
+        self._levels = [CellTable(low, size * 2**level) for level in range(settings.levels)]
+        self._cosines = mean_cosines(settings.rows, settings.columns)
+        nothing = np.zeros((0, len(self._cosines)), np.float32)
+        # Of each cell and patch, (C, N) float32: visits, and the means of the targets and of their squares.
+        self._visits, self._q, self._squares = nothing, nothing, nothing
+        self._arriving = np.zeros(0, np.float32)  # sum_k Q(s, k) cos(theta_k) of each cell, (C,)
+        self._directions = one_cell(bsdf_fraction=1.0)
+
+    @property
+    def cells(self) -> CellTable:
+        """The states."""
+        return self._levels[0]
+
+    def directions(self) -> Directions:
+        return self._directions
+
+    def wanted(self) -> int:
+        return self._settings.recorded
+
+    def learn(self, transitions: Transitions) -> dict[str, Any]:
+        """Move every Q(s, a) of the pass towards its target, in the order of the transitions."""
+        settings, t = self._settings, transitions
+        self.cells.insert(t.position, t.normal)
+        more = self.cells.count - len(self._q)
+        self._visits, self._q, self._squares = (np.pad(a, ((0, more), (0, 0))) for a in (self._visits, self._q, self._squares))
+        self._arriving = np.pad(self._arriving, (0, more))
+        patches = np.empty(len(t.order), np.int64)
+        patches_of(settings.rows, settings.columns, t.normal, t.direction, patches)
+        rows, next_rows = self.cells.rows(t.position, t.normal), self.cells.rows(t.next_position, t.next_normal)
+        known = self._visits, self._q, self._squares, self._arriving
+        error = expected_sarsa(rows, patches, t.reward, t.albedo, next_rows, self._cosines, *known)
+        if self._q.any():
+            self._tabulate()
+        return {"loss": error / max(1, len(rows)), "cells": self.cells.count}
+
+    def q(self) -> np.ndarray:
+        """The estimate of the mean radiance through each patch of each cell, (C, N) float32."""
+        return self._borrowed(self._q, self._parents())
+
+    def _tabulate(self) -> None:
+        s, parents = self._settings, self._parents()
+        q = self._borrowed(self._q, parents)
+        self._arriving = q @ self._cosines
+        weights = np.sqrt(self._borrowed(self._squares, parents)) if s.second_moment else q
+        weights += LEAST * weights.mean(axis=1, keepdims=True)
+        if s.weights == "product":
+            weights *= self._cosines
+        cdf = weights.cumsum(axis=1, dtype=np.float64)
+        cdf = (cdf / cdf[:, -1:]).astype(np.float32)
+        self._directions = Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self.cells.cells, cdf)
+
+    def _parents(self) -> list[tuple[np.ndarray, int]]:
+        """For each level but the last: the row of every cell's parent in the next one, and how many parents there are."""
+        parents = []
+        for fine, coarse in pairwise(self._levels):
+            states = fine.states()
+            coarse.insert(*states)
+            parents.append((coarse.rows(*states), coarse.count))
+        return parents
+
+    def _borrowed(self, means: np.ndarray, parents: list[tuple[np.ndarray, int]]) -> np.ndarray:
+        """(C, N) means, where each counts as much more as it has visits, and its parent's as `prior` of them."""
+        sums, visits = [means * self._visits], [self._visits]
+        for rows, count in parents:
+            sums.append(added(sums[-1], rows, count))
+            visits.append(added(visits[-1], rows, count))
+        prior = np.float32(self._settings.prior)
+        above = np.full_like(sums[-1], sums[-1].sum() / visits[-1].sum())
+        for (rows, _), total, seen in zip(reversed(parents), reversed(sums[1:]), reversed(visits[1:]), strict=True):
+            above = ((total + prior * above) / (seen + prior))[rows]
+        return (sums[0] + prior * above) / (visits[0] + prior)
+
+
+def added(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
+    """Sums of the (n, N) values that share a row, (count, N) float32."""
+    total = np.zeros((count, values.shape[1]), np.float32)
+    add_rows(values, rows, total)
+    return total
+
+
+@kernel
+def add_rows(values, rows, total):
+    """Add every row of `values` to the row of `total` that `rows` names."""
+    for i in range(rows.shape[0]):
+        for k in range(values.shape[1]):
+            total[rows[i], k] += values[i, k]
+
+
+@kernel
+def expected_sarsa(rows, patches, reward, albedo, next_rows, cosines, visits, q, squares, arriving):
+    """Q(s, a) <- Q(s, a) + (target - Q(s, a)) / (1 + earlier visits), one transition after another; returns the sum of squared errors.
+
+    target = r + (2 pi / N) sum_k Q(s', k) albedo / pi cos(theta_k), with the cosine's exact mean over each patch; `arriving` follows Q.
+    """
+    total = 0.0
+    per_patch = np.float32(2.0 / cosines.shape[0])
+    for i in range(rows.shape[0]):
+        s, a = rows[i], patches[i]
+        target = reward[i]
+        if next_rows[i] != UNKNOWN:
+            target += albedo[i] * per_patch * arriving[next_rows[i]]
+        visits[s, a] += np.float32(1)
+        error = target - q[s, a]
+        change = error / visits[s, a]
+        q[s, a] += change
+        squares[s, a] += (target * target - squares[s, a]) / visits[s, a]
+        arriving[s] += change * cosines[a]
+        total += error * error
+    return total
