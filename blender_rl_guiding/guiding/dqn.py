@@ -12,11 +12,11 @@ import torch
 
 from ..scene.data import SceneData
 from ..settings import DQN
-from .adam import Adam
 from .base import Transitions
 from .cells import CellTable
 from .directions import Directions, one_cell
 from .network import QNetwork, soft_update, target_of
+from .optimisers import make_optimiser
 from .patches import mean_cosines, patches_of
 from .replay import ReplayMemory
 
@@ -44,7 +44,7 @@ class DQNGuide:
         self._memory = ReplayMemory(settings.memory)
         self._online = QNetwork(settings)
         self._target = target_of(self._online)
-        self._optimiser = Adam(self._online.parameters(), settings.learning_rate, settings.decay)
+        self._optimiser = make_optimiser(self._online.parameters(), settings)
         self._cosines = torch.from_numpy(mean_cosines(settings.rows, settings.columns))
         self._scale = 0.0  # on rewards; 0 while no light was found
         self._steps = 0

@@ -1,4 +1,4 @@
-"""The Q network: encoder, dense layers with ReLU between, softplus at the end."""
+"""The Q network: encoder, dense layers with an activation between, softplus at the end."""
 
 import copy
 from itertools import pairwise
@@ -10,6 +10,8 @@ from torch.nn import functional
 from ..settings import DQN
 from .encoders import make_encoder
 
+_ACTIVATIONS = {"relu": nn.ReLU, "silu": nn.SiLU, "tanh": nn.Tanh}
+
 
 class QNetwork(nn.Module):
     """Q(s, a) >= 0 of every patch a: the mean incident radiance through it."""
@@ -19,7 +21,8 @@ class QNetwork(nn.Module):
         self.encoder = make_encoder(settings.encoder)
         widths = [self.encoder.width, *[settings.width] * (settings.layers - 1), settings.rows * settings.columns]
         *hidden, self.last = (nn.Linear(fan_in, fan_out) for fan_in, fan_out in pairwise(widths))
-        self.hidden = nn.Sequential(*(module for layer in hidden for module in (layer, nn.ReLU())))
+        activation = _ACTIVATIONS[settings.activation]()
+        self.hidden = nn.Sequential(*(module for layer in hidden for module in (layer, activation)))
 
     def forward(self, x: Tensor, n: Tensor) -> Tensor:
         """Q of x in [-1, 1]^3 and unit normals n, (batch, 3) each: (batch, N)."""

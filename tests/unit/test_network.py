@@ -1,33 +1,17 @@
-"""Encoders against their closed forms, the network's shape, and the target network's update."""
+"""The network's shape and closed form, its gradients and those of the losses, and the target network's update."""
 
-import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import torch
+from torch import Tensor, nn
 
-from blender_rl_guiding.guiding.encoders import make_encoder
 from blender_rl_guiding.guiding.network import QNetwork, soft_update, target_of
-from blender_rl_guiding.settings import DQN, Frequency, NoEncoding
+from blender_rl_guiding.settings import DQN, RBF, BSpline, Encoder, Frequency, NoEncoding
+from tests.gradients import assert_gradients
 
 X, N = torch.tensor([[0.1, -0.25, 1.0], [0.0, 0.5, -1.0]]), torch.tensor([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0]])
-
-
-def test_no_encoding():
-    encoder = make_encoder(NoEncoding())
-    assert encoder.width == 6
-    assert torch.equal(encoder(X, N), torch.cat([X, N], dim=1))
-
-
-@pytest.mark.parametrize("octaves", [1, 3, 8])
-def test_frequency_encoding(octaves):
-    encoder = make_encoder(Frequency(octaves))
-    encoded = encoder(X, N)
-    assert encoded.shape == (2, encoder.width) == (2, 6 + 6 * octaves)
-    for row, x, n in zip(encoded.tolist(), X.tolist(), N.tolist(), strict=True):
-        angles = [2**octave * math.pi * c for octave in range(octaves) for c in x]
-        expected = [*x, *map(math.sin, angles), *map(math.cos, angles), *n]
-        assert row == pytest.approx(expected, abs=1e-4)
 
 
 def dense_layers(network: QNetwork) -> list[torch.nn.Linear]:
@@ -43,19 +27,70 @@ def test_layers_count_dense_layers():
         )
 
 
-def test_output_is_a_softplus_of_what_the_layers_give():
-    network = QNetwork(DQN(encoder=NoEncoding(), layers=2, width=4, rows=2, columns=3))
-    first, second = dense_layers(network)
-    hidden = (torch.cat([X, N], dim=1) @ first.weight.T + first.bias).clamp(min=0)
+@pytest.mark.parametrize(
+    ("activation", "function"),
+    [("relu", lambda v: np.maximum(v, 0)), ("silu", lambda v: v / (1 + np.exp(-v))), ("tanh", np.tanh)],
+)
+def test_output_is_a_softplus_of_what_the_layers_give(activation, function):
+    torch.manual_seed(1)
+    network = QNetwork(DQN(encoder=NoEncoding(), layers=3, width=4, rows=2, columns=3, activation=activation))
+    *hidden, last = [(layer.weight.detach().numpy(), layer.bias.detach().numpy()) for layer in dense_layers(network)]
+    values = np.concatenate([X, N], axis=1)
+    for weight, bias in hidden:
+        values = function(values @ weight.T + bias)
+    weight, bias = last
     q = network(X, N)
     assert q.shape == (2, 6)
-    expected = torch.log1p(torch.exp(hidden @ second.weight.T + second.bias))
-    np.testing.assert_allclose(q.detach(), expected.detach(), rtol=1e-5)
+    np.testing.assert_allclose(q.detach(), np.log1p(np.exp(values @ weight.T + bias)), rtol=1e-5)
 
 
 def test_one_patch_is_its_entry_among_all():
     network, patches = QNetwork(DQN(layers=3, width=8, rows=2, columns=3)), torch.tensor([5, 0])
     np.testing.assert_allclose(network.of_patch(X, N, patches).detach(), network(X, N)[[0, 1], patches].detach(), rtol=1e-5)
+
+
+# --- gradients -------------------------------------------------------------------------------------------------------
+
+ENCODERS = [
+    NoEncoding(),
+    Frequency(2),
+    RBF(across=3, up=2, width=8, features=4),
+    BSpline(features=2, knots=4, width=8),
+    BSpline(reads="matrix", matrix_columns=2, features=2, knots=4, width=8),
+]
+STATES = 40
+
+
+def dqn(network: QNetwork, x: Tensor, n: Tensor, patch: Tensor, target: Tensor) -> Tensor:
+    return (network.of_patch(x, n, patch) - target).square()
+
+
+def msbe(network: QNetwork, x: Tensor, n: Tensor, patch: Tensor, target: Tensor) -> Tensor:
+    """The same with the online network's own target, through which the gradient flows; each state leads to the one before it."""
+    own = target + network(x.roll(1, 0), n.roll(1, 0)).mean(dim=1) - network(x, n).mean()
+    return (network.of_patch(x, n, patch) - own).square()
+
+
+def cdqn(*arguments) -> Tensor:
+    return torch.maximum(dqn(*arguments), msbe(*arguments))
+
+
+@pytest.mark.parametrize("activation", ["relu", "silu", "tanh"])
+@pytest.mark.parametrize("loss", [dqn, cdqn])
+@pytest.mark.parametrize("encoder", ENCODERS, ids=lambda e: f"{e.kind}-{e.reads}" if isinstance(e, BSpline) else e.kind)
+def test_gradients_are_those_of_finite_differences(encoder: Encoder, loss: Callable, activation):
+    torch.manual_seed(1)
+    network = QNetwork(DQN(encoder=encoder, layers=3, width=8, rows=2, columns=3, activation=activation)).double()
+    x = (2 * torch.rand(STATES, 3, dtype=torch.float64) - 1).requires_grad_()
+    n = nn.functional.normalize(torch.randn(STATES, 3, dtype=torch.float64), dim=1).requires_grad_()
+    patch, target = torch.randint(6, (STATES,)), 2 * torch.rand(STATES, dtype=torch.float64)
+    arguments = network, x, n, patch, target
+    greater = msbe(*arguments) > dqn(*arguments)
+    assert 5 < greater.sum() < STATES - 5  # so that both sides of C-DQN's maximum are seen
+    assert_gradients(lambda: loss(*arguments).mean(), (x, n, *network.parameters()))
+
+
+# --- the target network ----------------------------------------------------------------------------------------------
 
 
 def test_target_is_an_equal_copy_that_no_gradient_reaches():
@@ -67,6 +102,16 @@ def test_target_is_an_equal_copy_that_no_gradient_reaches():
     with torch.no_grad():
         next(online.parameters()).add_(1)
     assert not torch.equal(target(X, N), online(X, N))
+
+
+def test_soft_update_reaches_what_an_encoder_trains():
+    online = QNetwork(DQN(encoder=BSpline(reads="matrix"), layers=2, width=4))
+    target = target_of(online)
+    with torch.no_grad():
+        for parameter in online.parameters():
+            parameter.add_(0.2)
+    soft_update(target, online, 1.0)
+    assert torch.equal(target(X, N), online(X, N))
 
 
 @pytest.mark.parametrize("tau", [0.0, 0.25, 1.0])

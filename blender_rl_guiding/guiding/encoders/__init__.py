@@ -2,9 +2,11 @@
 
 from torch import nn
 
-from ...settings import Encoder, Frequency, NoEncoding
+from ...settings import RBF, BSpline, Encoder, Frequency, NoEncoding
+from .bspline import BSplineEncoder
 from .frequency import FrequencyEncoder
 from .none import PlainEncoder
+from .rbf import RBFEncoder
 
 
 def make_encoder(settings: Encoder) -> nn.Module:
@@ -14,3 +16,7 @@ def make_encoder(settings: Encoder) -> nn.Module:
             return PlainEncoder()
         case Frequency():
             return FrequencyEncoder(settings.octaves)
+        case RBF():
+            return RBFEncoder(settings)
+        case BSpline():
+            return BSplineEncoder(settings)

@@ -1,0 +1,39 @@
+"""Encoder `rbf`: (x, n, NN(phi(x))) with phi_c(x) = exp(-0.5 |x - c|^2 / sigma^2) for the centres c of equal cells of the scene."""
+
+import torch
+from torch import Tensor, nn
+
+from ...settings import RBF
+from .mlp import three_layers
+
+
+class RBFEncoder(nn.Module):
+    """6 + `features` numbers: x, n, and what a small network makes of the bell curves. NN is trained, centres and sigma are not."""
+
+    horizontal: Tensor
+    vertical: Tensor
+
+    def __init__(self, settings: RBF) -> None:
+        super().__init__()
+        self.width = 6 + settings.features
+        self.sigma = settings.sigma
+        self.register_buffer("horizontal", cell_centres(settings.across))
+        self.register_buffer("vertical", cell_centres(settings.up))
+        self.network = three_layers(settings.across**2 * settings.up, settings.width, settings.features)
+
+    def forward(self, x: Tensor, n: Tensor) -> Tensor:
+        return torch.cat([x, n, self.network(self.curves(x))], dim=1)
+
+    def curves(self, x: Tensor) -> Tensor:
+        """phi of every centre, (batch, up * across * across), x the fastest. A product of a factor an axis saves most exponentials."""
+        along_x, along_y, along_z = (
+            (-0.5 * ((coordinate - centres) / self.sigma).square()).exp()
+            for coordinate, centres in zip(x.split(1, dim=1), (self.horizontal, self.horizontal, self.vertical), strict=True)
+        )
+        plane = along_y[:, None, :, None] * along_x[:, None, None, :]
+        return (along_z[:, :, None, None] * plane).flatten(1)
+
+
+def cell_centres(count: int) -> Tensor:
+    """The centres of `count` equal parts of [-1, 1]."""
+    return (2 * torch.arange(count) + 1) / count - 1
