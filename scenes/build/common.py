@@ -128,11 +128,14 @@ def light(low: Point, high: Point, facing: Point, radiance: float) -> None:
     """A light that shines towards `facing` only: Cycles' emitters shine on both sides, so a black sheet of the same size lies behind."""
     quad("Light", low, high, facing, emitter("Light", radiance))
     axis = next(i for i in range(3) if low[i] == high[i])
-    ahead = math.copysign(1.0, facing[axis] - low[axis])
-    shift, away = [0.0, 0.0, 0.0], list(low)
-    shift[axis], away[axis] = -0.0005 * ahead, -1e3 * ahead
-    back_low, back_high = (tuple(a + b for a, b in zip(corner, shift, strict=True)) for corner in (low, high))
-    quad("Back of light", back_low, back_high, tuple(away), diffuse("Black", (0, 0, 0)))
+    behind = math.copysign(1.0, low[axis] - facing[axis])
+    gap, far = 0.0005 * behind, 1e3 * behind
+    quad("Back of light", _moved(low, axis, gap), _moved(high, axis, gap), _moved(low, axis, far), diffuse("Black", (0, 0, 0)))
+
+
+def _moved(point: Point, axis: int, distance: float) -> Point:
+    x, y, z = (value + distance * (i == axis) for i, value in enumerate(point))
+    return x, y, z
 
 
 def sphere(name: str, centre: Point, radius: float, color: Color) -> None:
