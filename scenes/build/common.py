@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 import mathutils  # pyright: ignore[reportMissingImports]  # a part of bpy
 
+NAMES = tuple(letter + digit for letter in "abc" for digit in "123")
 SCENES = Path(__file__).resolve().parents[1]
 Point = tuple[float, float, float]
 Color = tuple[float, float, float]
@@ -93,12 +94,48 @@ def quad(name: str, low: Point, high: Point, facing: Point, material: bpy.types.
     _link(name, mesh, material)
 
 
-def ceiling_light(low: Point, high: Point, radiance: float) -> None:
-    """A light that shines downwards only: Cycles' emitters shine on both sides, so a black sheet of the same size lies just above."""
-    below, above = (0, -1e3, 0), (0, 1e3, 0)
-    quad("Light", low, high, below, emitter("Light", radiance))
-    (x0, y, z0), (x1, _, z1) = low, high
-    quad("Back of light", (x0, y + 0.0005, z0), (x1, y + 0.0005, z1), above, diffuse("Black", (0, 0, 0)))
+def room(low: Point, high: Point, front: bool = True, floor: Color = WHITE) -> None:
+    """A box seen from inside, red to the left and blue to the right. Without its front it is open towards the camera."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    middle = ((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2)
+    white = diffuse("White", WHITE)
+    quad("Left", low, (x0, y1, z1), middle, diffuse("Red", RED))
+    quad("Right", (x1, y0, z0), high, middle, diffuse("Blue", BLUE))
+    quad("Floor", low, (x1, y0, z1), middle, white if floor == WHITE else diffuse("Floor", floor))
+    quad("Ceiling", (x0, y1, z0), high, middle, white)
+    if front:
+        quad("Front", low, (x1, y1, z0), middle, white)
+    quad("Back", (x0, y0, z1), high, middle, white)
+
+
+def block(name: str, low: Point, high: Point, color: Color, **sides: Color) -> None:
+    """A box seen from outside, without its bottom. `sides` (left, right, top, front, back) have colours of their own."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    far = 1e3
+    faces = {
+        "left": (low, (x0, y1, z1), (-far, y0, z0)),
+        "right": ((x1, y0, z0), high, (far, y0, z0)),
+        "top": ((x0, y1, z0), high, (x0, far, z0)),
+        "front": (low, (x1, y1, z0), (x0, y0, -far)),
+        "back": ((x0, y0, z1), high, (x0, y0, far)),
+    }
+    plain = diffuse(name, color)
+    for side, (a, b, facing) in faces.items():
+        quad(f"{name} {side}", a, b, facing, diffuse(f"{name} {side}", sides[side]) if side in sides else plain)
+
+
+def light(low: Point, high: Point, facing: Point, radiance: float) -> None:
+    """A light that shines towards `facing` only: Cycles' emitters shine on both sides, so a black sheet of the same size lies behind."""
+    quad("Light", low, high, facing, emitter("Light", radiance))
+    axis = next(i for i in range(3) if low[i] == high[i])
+    behind = math.copysign(1.0, low[axis] - facing[axis])
+    gap, far = 0.0005 * behind, 1e3 * behind
+    quad("Back of light", _moved(low, axis, gap), _moved(high, axis, gap), _moved(low, axis, far), diffuse("Black", (0, 0, 0)))
+
+
+def _moved(point: Point, axis: int, distance: float) -> Point:
+    x, y, z = (value + distance * (i == axis) for i, value in enumerate(point))
+    return x, y, z
 
 
 def sphere(name: str, centre: Point, radius: float, color: Color) -> None:
@@ -146,13 +183,19 @@ def camera(eye: Point, target: Point, vfov: float) -> None:
 
 def finish() -> None:
     """Write scenes/NAME.blend, then a preview by Cycles beside it."""
+    save()
+    scene = bpy.context.scene
+    scene.render.use_stamp_filename = scene.render.use_stamp_date = scene.render.use_stamp_render_time = False
+    scene.cycles.samples, scene.cycles.use_denoising = 64, True
+    scene.render.filepath = str(SCENES / f"{scene.name}.png")
+    bpy.ops.render.render(write_still=True)
+
+
+def save() -> None:
+    """Write scenes/NAME.blend."""
     scene = bpy.context.scene
     for browser in (space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "FILE_BROWSER"):
         if browser.params:
             browser.params.directory = b""  # the home folder of whoever built the scene
     bpy.context.preferences.filepaths.save_version = 0  # no .blend1
     bpy.ops.wm.save_as_mainfile(filepath=str(SCENES / f"{scene.name}.blend"), compress=True)
-    scene.render.use_stamp_filename = scene.render.use_stamp_date = scene.render.use_stamp_render_time = False
-    scene.cycles.samples, scene.cycles.use_denoising = 64, True
-    scene.render.filepath = str(SCENES / f"{scene.name}.png")
-    bpy.ops.render.render(write_still=True)
