@@ -39,12 +39,13 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
     stage, directions, limits, scratch, film = ref(stage), ref(directions), ref(limits), ref(scratch), ref(film)
     scratch.counts[:] = 0
     bad = np.int64(-1)
-    for path in range(first * samples, end * samples):
-        pixel = pixels[path // samples]
-        key = stream(seed, pixel, first_sample + path % samples)
-        L = trace_path(stage, directions, limits, share, pixel, path, key, scratch, film.passes)
-        if not add_sample(film, pixel, L) and bad < 0:
-            bad = pixel
+    for place in range(first, end):
+        pixel = pixels[place]
+        for sample in range(samples):
+            key = stream(seed, pixel, first_sample + sample)
+            L = trace_path(stage, directions, limits, share, pixel, place * samples + sample, key, scratch, film.passes)
+            if not add_sample(film, pixel, L) and bad < 0:
+                bad = pixel
     return bad
 
 

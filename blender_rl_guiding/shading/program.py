@@ -115,8 +115,8 @@ class Program:
             constants=constants,
             **closure_inputs(closures, constants),
         )
-        for array in program:
-            array.setflags(write=False)  # always, because kernels are compiled anew for arrays that can be written to
+        for array in program:  # always the same, because kernels are compiled anew for arrays that can be written to
+            array.setflags(write=array is program.inputs)  # which may be the thread's own registers instead
         return program
 
     def _step(self, step: Instruction, register: int, registers: list[int]) -> list[int]:

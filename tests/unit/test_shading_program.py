@@ -91,8 +91,8 @@ def test_what_closures_are_read_into_overwrites_no_value():
         return shaded.scene((Shader("greedy", code, closures),), TRIANGLE[None], (TRIANGLE[None],))
 
     shading = compile_shaders(greedy(CODE_REGISTERS))
-    assert shading.code[:, 2].max() == CODE_REGISTERS - 1 < inputs.WEIGHT - 1
-    assert max(inputs.columns("principled")) < REGISTERS
+    assert shading.code[:, 2].max() == CODE_REGISTERS - 1
+    assert max(inputs.columns("principled")) < REGISTERS - CODE_REGISTERS
     with pytest.raises(InputError, match=f"{CODE_REGISTERS + 1} values at once"):
         compile_shaders(greedy(CODE_REGISTERS + 1))
 
