@@ -8,9 +8,11 @@ from ..scene.ops import OPS
 
 NORMAL = Node(0)  # every shader's first step, once it has been through `with_normal`
 Change = Callable[[int], Value]
-# Inputs of a Principled BSDF: those that put something on its diffuse base, and those of the base by their names in a Diffuse BSDF.
+# Inputs of a Principled BSDF: those that put something on its diffuse base, and those of the base and of the light that it emits by
+# their names in closures of their own.
 _ABOVE_THE_BASE = "metallic", "transmission", "specular_ior_level", "coat_weight", "sheen_weight"
 _BASE = {"color": "base_color", "roughness": "diffuse_roughness", "normal": "normal"}
+_LIGHT = {"color": "emission_color", "strength": "emission_strength"}
 
 
 def with_normal(shader: Shader) -> Shader:
@@ -52,9 +54,12 @@ def _simpler(closure: Closure) -> tuple[Closure, ...]:
     inputs = CLOSURES["principled"] | closure.inputs
     if not (_number(inputs["alpha"], 0.0) >= 1 and all(_number(inputs[name], 1.0) <= 0 for name in _ABOVE_THE_BASE)):
         return (closure,)
-    base = Closure("diffuse", closure.weight, {key: inputs[name] for key, name in _BASE.items()})
-    light = Closure("emission", closure.weight, {"color": inputs["emission_color"], "strength": inputs["emission_strength"]})
+    base, light = _renamed("diffuse", closure, inputs, _BASE), _renamed("emission", closure, inputs, _LIGHT)
     return (base,) if _number(inputs["emission_strength"], 1.0) == 0 else (base, light)
+
+
+def _renamed(kind: str, closure: Closure, inputs: dict[str, Value | None], names: dict[str, str]) -> Closure:
+    return Closure(kind, closure.weight, {new: value for new, old in names.items() if (value := inputs[old]) is not None})
 
 
 def _number(value: Value | None, otherwise: float) -> float:
