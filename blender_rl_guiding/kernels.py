@@ -79,3 +79,5 @@ _options: Any = {"_nrt": False, "nogil": True, "error_model": "numpy", "fastmath
 kernel = numba.njit(cache=True, **_options)
 # What only kernels call: compiled into them, without wrappers and files of its own.
 part = numba.njit(pipeline_class=_PartCompiler, **(_options | {"no_cpython_wrapper": True}))
+# The same for a part that returns a view of an array, which without counting of references only a part of its caller's own code may do.
+merged = numba.njit(pipeline_class=_PartCompiler, inline="always", **(_options | {"no_cpython_wrapper": True}))

@@ -34,7 +34,7 @@ def shading_of(*closures: Closure) -> Shading:
     numbers = np.array(constants, np.float32).reshape(-1, 3)
     made = Shading(shaders, code, rows, *closure_inputs(rows, numbers).values(), numbers, tables, textures, *texels, *attributes)
     for array in made:
-        array.setflags(write=False)  # like the tracer's
+        array.setflags(write=array is made.inputs)  # like the tracer's
     return made
 
 

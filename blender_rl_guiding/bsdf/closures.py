@@ -1,5 +1,7 @@
 """From a shader's closures to lobes: all of them but Principled. Each `add_...` returns the new number of lobes."""
 
+import math
+
 from ..kernels import part
 from ..sampling import F, multiply, scale
 from . import diffuse, glass, glossy, oren_nayar, sheen, translucent
@@ -17,15 +19,15 @@ _SMOOTH = F(1e-5)  # roughness below which diffuse reflection is Lambert's
 
 
 @part
-def tinted_weight(registers, row):
-    """The closure's weight times the colour in a register."""
-    return multiply(color(registers, WEIGHT), color(registers, row))
+def tinted_weight(inputs, row):
+    """The closure's weight times the colour in a row."""
+    return multiply(color(inputs, WEIGHT), color(inputs, row))
 
 
 @part
-def emission(registers):
+def emission(inputs):
     """Radiance of an Emission or Background, RGB."""
-    return scale(tinted_weight(registers, _EMISSION.color), number(registers, _EMISSION.strength))
+    return scale(tinted_weight(inputs, _EMISSION.color), number(inputs, _EMISSION.strength))
 
 
 @part
@@ -37,7 +39,9 @@ def relative_ior(point, ior):
 @part
 def aspect(alpha, anisotropy):
     """The pair of squared roughnesses of Principled and Metallic, along the tangent and across it."""
-    ratio = (F(1) - F(0.9) * anisotropy) ** F(0.5)
+    if anisotropy == F(0):
+        return alpha, alpha
+    ratio = math.sqrt(F(1) - F(0.9) * anisotropy)
     return min(alpha / ratio, F(1)), alpha * ratio
 
 
@@ -51,85 +55,85 @@ def _stretch(alpha, anisotropy):
 
 
 @part
-def add_diffuse(registers, point, lobes, count):
+def add_diffuse(inputs, point, lobes, count):
     """Diffuse BSDF: Lambert, or Oren-Nayar where it is rough."""
-    n = normal(registers, _DIFFUSE.normal, point.n)
-    weight = tinted_weight(registers, _DIFFUSE.color)
-    roughness = factor(registers, _DIFFUSE.roughness)
+    n = normal(inputs, _DIFFUSE.normal, point.n)
+    weight = tinted_weight(inputs, _DIFFUSE.color)
+    roughness = factor(inputs, _DIFFUSE.roughness)
     if roughness < _SMOOTH:
         diffuse.setup(lobes, count, point, n, weight)
     else:
-        oren_nayar.setup(lobes, count, point, n, weight, color(registers, _DIFFUSE.color), roughness)
+        oren_nayar.setup(lobes, count, point, n, weight, color(inputs, _DIFFUSE.color), roughness)
     return keep(lobes, count)
 
 
 @part
-def add_translucent(registers, point, lobes, count):
+def add_translucent(inputs, point, lobes, count):
     """Translucent BSDF."""
-    n = reflectable(point.ng, point.wo, normal(registers, _TRANSLUCENT.normal, point.n))
-    translucent.setup(lobes, count, point, n, tinted_weight(registers, _TRANSLUCENT.color))
+    n = reflectable(point.ng, point.wo, normal(inputs, _TRANSLUCENT.normal, point.n))
+    translucent.setup(lobes, count, point, n, tinted_weight(inputs, _TRANSLUCENT.color))
     return keep(lobes, count)
 
 
 @part
-def add_sheen(registers, point, lobes, count):
+def add_sheen(inputs, point, lobes, count):
     """Sheen BSDF (microfiber)."""
-    n = normal(registers, _SHEEN.normal, point.n)
-    roughness = factor(registers, _SHEEN.roughness)
-    sheen.setup(lobes, count, point, n, tinted_weight(registers, _SHEEN.color), roughness)
+    n = normal(inputs, _SHEEN.normal, point.n)
+    roughness = factor(inputs, _SHEEN.roughness)
+    sheen.setup(lobes, count, point, n, tinted_weight(inputs, _SHEEN.color), roughness)
     return keep(lobes, count)
 
 
 @part
-def add_glossy(registers, point, lobes, count):
+def add_glossy(inputs, point, lobes, count):
     """Glossy BSDF."""
-    n = reflectable(point.ng, point.wo, normal(registers, _GLOSSY.normal, point.n))
-    roughness = factor(registers, _GLOSSY.roughness)
-    anisotropy = number(registers, _GLOSSY.anisotropy)
-    rotation = number(registers, _GLOSSY.rotation)
-    multiscatter = number(registers, _GLOSSY.multiscatter)
-    t = turned(tangent(registers, _GLOSSY.tangent), n, rotation)
-    weight = tinted_weight(registers, _GLOSSY.color)
-    fss = color(registers, _GLOSSY.color)
+    n = reflectable(point.ng, point.wo, normal(inputs, _GLOSSY.normal, point.n))
+    roughness = factor(inputs, _GLOSSY.roughness)
+    anisotropy = number(inputs, _GLOSSY.anisotropy)
+    rotation = number(inputs, _GLOSSY.rotation)
+    multiscatter = number(inputs, _GLOSSY.multiscatter)
+    t = turned(tangent(inputs, _GLOSSY.tangent), n, rotation)
+    weight = tinted_weight(inputs, _GLOSSY.color)
+    fss = color(inputs, _GLOSSY.color)
     glossy.setup(lobes, count, point, n, weight, fss, _stretch(roughness * roughness, anisotropy), t, multiscatter)
     return keep(lobes, count)
 
 
 @part
-def add_metallic(registers, point, lobes, count):
+def add_metallic(inputs, point, lobes, count):
     """Metallic BSDF (F82-tint)."""
-    bent = normal(registers, _METALLIC.normal, point.n)
-    roughness = factor(registers, _METALLIC.roughness)
-    alpha = aspect(roughness * roughness, factor(registers, _METALLIC.anisotropy))
-    rotation = number(registers, _METALLIC.rotation)
-    multiscatter = number(registers, _METALLIC.multiscatter)
-    t = turned(tangent(registers, _METALLIC.tangent), bent, rotation)
-    f0, tint = color(registers, _METALLIC.base_color), color(registers, _METALLIC.edge_tint)
+    bent = normal(inputs, _METALLIC.normal, point.n)
+    roughness = factor(inputs, _METALLIC.roughness)
+    alpha = aspect(roughness * roughness, factor(inputs, _METALLIC.anisotropy))
+    rotation = number(inputs, _METALLIC.rotation)
+    multiscatter = number(inputs, _METALLIC.multiscatter)
+    t = turned(tangent(inputs, _METALLIC.tangent), bent, rotation)
+    f0, tint = color(inputs, _METALLIC.base_color), color(inputs, _METALLIC.edge_tint)
     n = reflectable(point.ng, point.wo, bent)
-    weight = color(registers, WEIGHT)
+    weight = color(inputs, WEIGHT)
     glossy.setup_metal(lobes, count, point, n, weight, f0, tint, alpha, t, multiscatter)
     return keep(lobes, count)
 
 
 @part
-def add_glass(registers, point, lobes, count):
+def add_glass(inputs, point, lobes, count):
     """Glass BSDF."""
-    n = reflectable(point.ng, point.wo, normal(registers, _GLASS.normal, point.n))
-    roughness = factor(registers, _GLASS.roughness)
-    ior = positive(registers, _GLASS.ior)
-    multiscatter = number(registers, _GLASS.multiscatter)
-    f0, tint = normal_reflectance(ior), color(registers, _GLASS.color)
-    weight, ior, alpha = color(registers, WEIGHT), relative_ior(point, ior), roughness * roughness
+    n = reflectable(point.ng, point.wo, normal(inputs, _GLASS.normal, point.n))
+    roughness = factor(inputs, _GLASS.roughness)
+    ior = positive(inputs, _GLASS.ior)
+    multiscatter = number(inputs, _GLASS.multiscatter)
+    f0, tint = normal_reflectance(ior), color(inputs, _GLASS.color)
+    weight, ior, alpha = color(inputs, WEIGHT), relative_ior(point, ior), roughness * roughness
     glass.setup(lobes, count, point, n, weight, (f0, f0, f0), ior, alpha, (tint, tint), multiscatter)
     return keep(lobes, count)
 
 
 @part
-def add_refraction(registers, point, lobes, count):
+def add_refraction(inputs, point, lobes, count):
     """Refraction BSDF."""
-    n = reflectable(point.ng, point.wo, normal(registers, _REFRACTION.normal, point.n))
-    roughness = factor(registers, _REFRACTION.roughness)
-    ior = relative_ior(point, positive(registers, _REFRACTION.ior))
-    weight = tinted_weight(registers, _REFRACTION.color)
+    n = reflectable(point.ng, point.wo, normal(inputs, _REFRACTION.normal, point.n))
+    roughness = factor(inputs, _REFRACTION.roughness)
+    ior = relative_ior(point, positive(inputs, _REFRACTION.ior))
+    weight = tinted_weight(inputs, _REFRACTION.color)
     glass.setup_refraction(lobes, count, point, n, weight, ior, roughness * roughness)
     return keep(lobes, count)

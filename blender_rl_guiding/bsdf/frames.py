@@ -19,5 +19,7 @@ def frame(n, tangent):
 @part
 def turned(v, axis, turns):
     """v turned about the unit axis, counter-clockwise for who looks against it (Rodrigues)."""
+    if turns == F(0):
+        return v
     c, s = math.cos(TWO_PI * turns), math.sin(TWO_PI * turns)
     return add(add(scale(v, c), scale(cross(axis, v), s)), scale(axis, dot(axis, v) * (F(1) - c)))

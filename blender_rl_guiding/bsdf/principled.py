@@ -3,6 +3,7 @@
 Each layer takes its albedo from those below. Tints, ior and weights mean what they mean in Cycles.
 """
 
+import math
 from typing import NamedTuple
 
 from ..kernels import part
@@ -15,7 +16,7 @@ from .lobe import ALBEDO, CUTOFF, get, keep, normalized
 from .normals import reflectable
 
 _P = columns("principled")
-_WHITE = (F(1), F(1), F(1))
+_BLACK, _WHITE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 
 
 class _Interface(NamedTuple):
@@ -28,37 +29,39 @@ class _Interface(NamedTuple):
 
 
 @part
-def transparency(registers):
+def transparency(inputs):
     """The share of light that passes straight on, RGB."""
-    return scale(color(registers, WEIGHT), F(1) - factor(registers, _P.alpha))
+    return scale(color(inputs, WEIGHT), F(1) - factor(inputs, _P.alpha))
 
 
 @part
-def emission(registers, point):
+def emission(inputs, point):
     """Radiance towards wo, through sheen and coat."""
-    strength = number(registers, _P.emission_strength)
+    strength = number(inputs, _P.emission_strength)
     if strength == F(0):
         return F(0), F(0), F(0)
-    weight = _under_coat(registers, point, _under_sheen(registers, point, _opaque(registers)))
-    return multiply(scale(color(registers, _P.emission_color), strength), weight)
+    weight = _under_coat(inputs, point, _under_sheen(inputs, point, _opaque(inputs)))
+    return multiply(scale(color(inputs, _P.emission_color), strength), weight)
 
 
 @part
-def add_principled(registers, point, lobes, count):
+def add_principled(inputs, point, lobes, count):
     """Write the lobes; returns the new number of them."""
-    weight = _opaque(registers)
-    count, weight = _add_sheen(registers, point, lobes, count, weight)
-    count, weight = _add_coat(registers, point, lobes, count, weight)
-    interface = _interface(registers, point)
-    count, weight = _add_metal(registers, point, lobes, count, weight, interface)
-    count, weight = _add_glass(registers, point, lobes, count, weight, interface)
-    count, weight = _add_specular(registers, point, lobes, count, weight, interface)
-    return _add_diffuse(registers, point, lobes, count, weight)
+    weight = _opaque(inputs)
+    count, weight = _add_sheen(inputs, point, lobes, count, weight)
+    count, weight = _add_coat(inputs, point, lobes, count, weight)
+    interface = _interface(inputs, point)
+    count, weight = _add_metal(inputs, point, lobes, count, weight, interface)
+    count, weight = _add_glass(inputs, point, lobes, count, weight, interface)
+    if weight == _BLACK:
+        return count
+    count, weight = _add_specular(inputs, point, lobes, count, weight, interface)
+    return _add_diffuse(inputs, point, lobes, count, weight)
 
 
 @part
-def _opaque(registers):
-    return scale(color(registers, WEIGHT), factor(registers, _P.alpha))
+def _opaque(inputs):
+    return scale(color(inputs, WEIGHT), factor(inputs, _P.alpha))
 
 
 @part
@@ -75,133 +78,133 @@ def _under(layer, weight):
 
 
 @part
-def _sheen(registers, point, weight):
+def _sheen(inputs, point, weight):
     """Weight, normal and roughness of the sheen."""
-    n = normal(registers, _P.normal, point.n)
-    coat = factor(registers, _P.coat_weight)
-    blend = fresnel.lerp(n, normal(registers, _P.coat_normal, n), coat)
-    share = max(number(registers, _P.sheen_weight), F(0))
-    tint = multiply(weight, color(registers, _P.sheen_tint))
-    return scale(tint, share), normalized(blend, n), factor(registers, _P.sheen_roughness)
+    n = normal(inputs, _P.normal, point.n)
+    coat = factor(inputs, _P.coat_weight)
+    blend = fresnel.lerp(n, normal(inputs, _P.coat_normal, n), coat)
+    share = max(number(inputs, _P.sheen_weight), F(0))
+    tint = multiply(weight, color(inputs, _P.sheen_tint))
+    return scale(tint, share), normalized(blend, n), factor(inputs, _P.sheen_roughness)
 
 
 @part
-def _has_sheen(registers):
-    return number(registers, _P.sheen_weight) > CUTOFF
+def _has_sheen(inputs):
+    return number(inputs, _P.sheen_weight) > CUTOFF
 
 
 @part
-def _under_sheen(registers, point, weight):
-    if not _has_sheen(registers):
+def _under_sheen(inputs, point, weight):
+    if not _has_sheen(inputs):
         return weight
-    tint, n, roughness = _sheen(registers, point, weight)
+    tint, n, roughness = _sheen(inputs, point, weight)
     return _under(scale(tint, sheen.albedo(n, point.wo, roughness)), weight)
 
 
 @part
-def _add_sheen(registers, point, lobes, count, weight):
-    if not _has_sheen(registers):
+def _add_sheen(inputs, point, lobes, count, weight):
+    if not _has_sheen(inputs):
         return count, weight
-    tint, n, roughness = _sheen(registers, point, weight)
+    tint, n, roughness = _sheen(inputs, point, weight)
     sheen.setup(lobes, count, point, n, tint, roughness)
-    return keep(lobes, count), _under_sheen(registers, point, weight)
+    return keep(lobes, count), _under_sheen(inputs, point, weight)
 
 
 # --- coat ------------------------------------------------------------------------------------------------------------
 
 
 @part
-def _coat(registers, point, weight):
+def _coat(inputs, point, weight):
     """Weight, normal, f0, ior and squared roughnesses of the coat."""
-    n = normal(registers, _P.normal, point.n)
-    n = reflectable(point.ng, point.wo, normal(registers, _P.coat_normal, n))
-    ior = max(number(registers, _P.coat_ior), F(1))
-    f0, roughness = fresnel.normal_reflectance(ior), factor(registers, _P.coat_roughness)
-    share = number(registers, _P.coat_weight)
+    n = normal(inputs, _P.normal, point.n)
+    n = reflectable(point.ng, point.wo, normal(inputs, _P.coat_normal, n))
+    ior = max(number(inputs, _P.coat_ior), F(1))
+    f0, roughness = fresnel.normal_reflectance(ior), factor(inputs, _P.coat_roughness)
+    share = number(inputs, _P.coat_weight)
     return scale(weight, share), n, (f0, f0, f0), ior, (roughness * roughness, roughness * roughness)
 
 
 @part
-def _has_coat(registers):
-    return number(registers, _P.coat_weight) > CUTOFF
+def _has_coat(inputs):
+    return number(inputs, _P.coat_weight) > CUTOFF
 
 
 @part
-def _absorbed(registers, n, wo, ior):
+def _absorbed(inputs, n, wo, ior):
     """What the coat's tint leaves of light that crosses it once; the tint is that of a path along the normal."""
-    share = number(registers, _P.coat_weight)
-    tint = color(registers, _P.coat_tint)
+    share = number(inputs, _P.coat_weight)
+    tint = color(inputs, _P.coat_tint)
     depth = F(1) / fresnel.refracted_cosine(n[0] * wo[0] + n[1] * wo[1] + n[2] * wo[2], ior)
     return fresnel.lerp(_WHITE, (tint[0] ** depth, tint[1] ** depth, tint[2] ** depth), share)
 
 
 @part
-def _under_coat(registers, point, weight):
-    if not _has_coat(registers):
+def _under_coat(inputs, point, weight):
+    if not _has_coat(inputs):
         return weight
-    coat, n, f0, ior, alpha = _coat(registers, point, weight)
+    coat, n, f0, ior, alpha = _coat(inputs, point, weight)
     below = _under(glossy.dielectric_layer(n, point.wo, coat, f0, ior, alpha, F(1))[2], weight)
-    return multiply(below, _absorbed(registers, n, point.wo, ior))
+    return multiply(below, _absorbed(inputs, n, point.wo, ior))
 
 
 @part
-def _add_coat(registers, point, lobes, count, weight):
-    if not _has_coat(registers):
+def _add_coat(inputs, point, lobes, count, weight):
+    if not _has_coat(inputs):
         return count, weight
-    coat, n, f0, ior, alpha = _coat(registers, point, weight)
+    coat, n, f0, ior, alpha = _coat(inputs, point, weight)
     glossy.setup_dielectric(lobes, count, point, n, coat, f0, ior, alpha, (F(0), F(0), F(0)), F(1))
-    return keep(lobes, count), _under_coat(registers, point, weight)
+    return keep(lobes, count), _under_coat(inputs, point, weight)
 
 
 # --- base ------------------------------------------------------------------------------------------------------------
 
 
 @part
-def _interface(registers, point):
-    n = normal(registers, _P.normal, point.n)
-    roughness = factor(registers, _P.roughness)
-    alpha = aspect(roughness * roughness, factor(registers, _P.anisotropic))
-    turns = number(registers, _P.anisotropic_rotation)
-    t = turned(tangent(registers, _P.tangent), n, turns)
-    multiscatter = number(registers, _P.multiscatter)
+def _interface(inputs, point):
+    n = normal(inputs, _P.normal, point.n)
+    roughness = factor(inputs, _P.roughness)
+    alpha = aspect(roughness * roughness, factor(inputs, _P.anisotropic))
+    turns = number(inputs, _P.anisotropic_rotation)
+    t = turned(tangent(inputs, _P.tangent), n, turns)
+    multiscatter = number(inputs, _P.multiscatter)
     return _Interface(reflectable(point.ng, point.wo, n), alpha, t, multiscatter)
 
 
 @part
-def _base_color(registers):
-    c = color(registers, _P.base_color)
+def _base_color(inputs):
+    c = color(inputs, _P.base_color)
     return min(c[0], F(1)), min(c[1], F(1)), min(c[2], F(1))
 
 
 @part
-def _tinted_f0(registers, f0):
+def _tinted_f0(inputs, f0):
     """Reflectance at normal incidence with the specular tint."""
-    c = scale(color(registers, _P.specular_tint), f0)
+    c = scale(color(inputs, _P.specular_tint), f0)
     return fresnel.saturate(c[0]), fresnel.saturate(c[1]), fresnel.saturate(c[2])
 
 
 @part
-def _add_metal(registers, point, lobes, count, weight, interface):
-    share = factor(registers, _P.metallic)
+def _add_metal(inputs, point, lobes, count, weight, interface):
+    share = factor(inputs, _P.metallic)
     if share <= CUTOFF:
         return count, weight
-    edge = color(registers, _P.specular_tint)
+    edge = color(inputs, _P.specular_tint)
     edge = min(edge[0], F(1)), min(edge[1], F(1)), min(edge[2], F(1))
     n, alpha, t, multiscatter = interface
-    f0 = _base_color(registers)
+    f0 = _base_color(inputs)
     glossy.setup_metal(lobes, count, point, n, scale(weight, share), f0, edge, alpha, t, multiscatter)
     return keep(lobes, count), scale(weight, F(1) - share)
 
 
 @part
-def _add_glass(registers, point, lobes, count, weight, interface):
-    share = factor(registers, _P.transmission)
+def _add_glass(inputs, point, lobes, count, weight, interface):
+    share = factor(inputs, _P.transmission)
     if share <= CUTOFF:
         return count, weight
-    c = _base_color(registers)
-    tints = _WHITE, (c[0] ** F(0.5), c[1] ** F(0.5), c[2] ** F(0.5))  # light that enters and leaves takes the colour once
-    ior, roughness = positive(registers, _P.ior), factor(registers, _P.roughness)
-    f0 = _tinted_f0(registers, fresnel.normal_reflectance(ior))
+    c = _base_color(inputs)
+    tints = _WHITE, (math.sqrt(c[0]), math.sqrt(c[1]), math.sqrt(c[2]))  # light that enters and leaves takes the colour once
+    ior, roughness = positive(inputs, _P.ior), factor(inputs, _P.roughness)
+    f0 = _tinted_f0(inputs, fresnel.normal_reflectance(ior))
     inside = relative_ior(point, ior)
     glass.setup(lobes, count, point, interface.n, scale(weight, share), f0, inside, roughness * roughness, tints, interface.multiscatter)
     return keep(lobes, count), scale(weight, F(1) - share)
@@ -219,22 +222,22 @@ def _specular_ior(ior, level):
 
 
 @part
-def _add_specular(registers, point, lobes, count, weight, interface):
-    level = max(number(registers, _P.specular_ior_level), F(0))
-    ior, f0 = _specular_ior(positive(registers, _P.ior), level)
+def _add_specular(inputs, point, lobes, count, weight, interface):
+    level = max(number(inputs, _P.specular_ior_level), F(0))
+    ior, f0 = _specular_ior(positive(inputs, _P.ior), level)
     if ior == F(1) or max(weight[0], weight[1], weight[2]) <= CUTOFF:
         return count, weight
     n, alpha, t, multiscatter = interface
-    tinted = _tinted_f0(registers, f0)
+    tinted = _tinted_f0(inputs, f0)
     glossy.setup_dielectric(lobes, count, point, n, weight, tinted, ior, alpha, t, multiscatter)
     return keep(lobes, count), _under(get(lobes, count, ALBEDO), weight)
 
 
 @part
-def _add_diffuse(registers, point, lobes, count, weight):
-    n = normal(registers, _P.normal, point.n)
-    base = color(registers, _P.base_color)
-    roughness = factor(registers, _P.diffuse_roughness)
+def _add_diffuse(inputs, point, lobes, count, weight):
+    n = normal(inputs, _P.normal, point.n)
+    base = color(inputs, _P.base_color)
+    roughness = factor(inputs, _P.diffuse_roughness)
     if roughness < F(1e-5):
         diffuse.setup(lobes, count, point, n, multiply(base, weight))
     else:

@@ -25,19 +25,19 @@ def scatter(shading, shader, point, registers, lobes):
     """
     count, emitted, passing = np.int64(0), _BLACK, _BLACK  # not a literal, for which all lobes would be compiled once more
     for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
-        which = gather(shading, registers, row)
+        which, inputs = shading.closures[row, 0], gather(shading, registers, row)
         if which == _K_DIFFUSE:
-            count = closures.add_diffuse(registers, point, lobes, count)
+            count = closures.add_diffuse(inputs, point, lobes, count)
         elif which == _K_PRINCIPLED:
-            count = principled.add_principled(registers, point, lobes, count)
-            emitted = add(emitted, principled.emission(registers, point))
-            passing = add(passing, principled.transparency(registers))
+            count = principled.add_principled(inputs, point, lobes, count)
+            emitted = add(emitted, principled.emission(inputs, point))
+            passing = add(passing, principled.transparency(inputs))
         elif which == _K_EMISSION:
-            emitted = add(emitted, closures.emission(registers))
+            emitted = add(emitted, closures.emission(inputs))
         elif which == _K_TRANSPARENT:
-            passing = add(passing, closures.tinted_weight(registers, _TRANSPARENT.color))
+            passing = add(passing, closures.tinted_weight(inputs, _TRANSPARENT.color))
         else:
-            count = _add(which, registers, point, lobes, count)
+            count = _add(which, inputs, point, lobes, count)
     _normalize(lobes, count)
     return count, emitted, passing
 
@@ -53,19 +53,19 @@ def scatter_plain(color, n, lobes):
 
 
 @part
-def _add(which, registers, point, lobes, count):
+def _add(which, inputs, point, lobes, count):
     """Write the lobes of one of the rarer closures; returns the new number of lobes."""
     if which == _K_GLOSSY:
-        return closures.add_glossy(registers, point, lobes, count)
+        return closures.add_glossy(inputs, point, lobes, count)
     if which == _K_METALLIC:
-        return closures.add_metallic(registers, point, lobes, count)
+        return closures.add_metallic(inputs, point, lobes, count)
     if which == _K_GLASS:
-        return closures.add_glass(registers, point, lobes, count)
+        return closures.add_glass(inputs, point, lobes, count)
     if which == _K_REFRACTION:
-        return closures.add_refraction(registers, point, lobes, count)
+        return closures.add_refraction(inputs, point, lobes, count)
     if which == _K_TRANSLUCENT:
-        return closures.add_translucent(registers, point, lobes, count)
-    return closures.add_sheen(registers, point, lobes, count)
+        return closures.add_translucent(inputs, point, lobes, count)
+    return closures.add_sheen(inputs, point, lobes, count)
 
 
 @part
@@ -88,11 +88,11 @@ def emission(shading, shader, point, registers):
     for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
         which = shading.closures[row, 0]
         if which == _K_EMISSION:
-            gather(shading, registers, row)
-            total = add(total, closures.emission(registers))
+            inputs = gather(shading, registers, row)
+            total = add(total, closures.emission(inputs))
         elif which == _K_PRINCIPLED:
-            gather(shading, registers, row)
-            total = add(total, principled.emission(registers, point))
+            inputs = gather(shading, registers, row)
+            total = add(total, principled.emission(inputs, point))
     return total
 
 
@@ -103,9 +103,9 @@ def transparency(shading, shader, point, registers):
     for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
         which = shading.closures[row, 0]
         if which == _K_TRANSPARENT:
-            gather(shading, registers, row)
-            total = add(total, closures.tinted_weight(registers, _TRANSPARENT.color))
+            inputs = gather(shading, registers, row)
+            total = add(total, closures.tinted_weight(inputs, _TRANSPARENT.color))
         elif which == _K_PRINCIPLED:
-            gather(shading, registers, row)
-            total = add(total, principled.transparency(registers))
+            inputs = gather(shading, registers, row)
+            total = add(total, principled.transparency(inputs))
     return total

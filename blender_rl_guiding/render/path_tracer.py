@@ -39,14 +39,15 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
     stage, directions, limits, scratch, film = ref(stage), ref(directions), ref(limits), ref(scratch), ref(film)
     scratch.counts[:] = 0
     bad = np.int64(-1)
-    for path in range(first * samples, end * samples):
-        pixel = pixels[path // samples]
-        sample = first_sample + path % samples
-        key = stream(seed, pixel, sample)
-        weight = F((sample + 1) ** limits.emphasis) if limits.emphasis > 0.0 else F(1)
-        L = trace_path(stage, directions, limits, share, pixel, path, key, weight, scratch, film.passes)
-        if not add_sample(film, pixel, L, weight) and bad < 0:
-            bad = pixel
+    for place in range(first, end):
+        pixel = pixels[place]
+        for sample in range(first_sample, first_sample + samples):
+            key = stream(seed, pixel, sample)
+            weight = F((sample + 1) ** limits.emphasis) if limits.emphasis > 0.0 else F(1)
+            path = place * samples + sample - first_sample
+            L = trace_path(stage, directions, limits, share, pixel, path, key, weight, scratch, film.passes)
+            if not add_sample(film, pixel, L, weight) and bad < 0:
+                bad = pixel
     return bad
 
 

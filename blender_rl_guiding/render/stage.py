@@ -10,11 +10,11 @@ from ..lights.emitters import Lights, lights
 from ..lights.lamps import HITTABLE
 from ..scene.camera import Lens, lens
 from ..scene.data import SceneData
-from ..scene.description import CLOSURES, Node, Shader
+from ..scene.description import CLOSURES
 from ..scene.geometry import Geometry, Rays, Surface, rays
 from ..scene.ray_kinds import EMITTERS, WORLD, seen_by
 from ..settings import Render
-from ..shading.operands import KINDS, REGISTERS, Shading
+from ..shading.operands import KINDS, NONE, REGISTERS, Shading
 from ..shading.program import compile_shaders
 
 ALPHA = list(CLOSURES["principled"]).index("alpha")
@@ -66,7 +66,7 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
     shading = compile_shaders(scene)
     geometry = Geometry(scene)
     see_through = np.array([_sees_through(shading, s) for s in range(len(scene.shaders))], bool)
-    plain, albedo = _plain(scene)
+    plain, albedo = _plain(shading)
     found = lights(scene, shading, geometry.surface)
     stage = Stage(
         lens(scene),
@@ -84,25 +84,15 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
     return stage, geometry
 
 
-def _plain(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
-    """Which shaders need no evaluation at all, and their albedos."""
-    plain, albedo = np.zeros(len(scene.shaders), bool), np.zeros((len(scene.shaders), 3), np.float32)
-    for k, shader in enumerate(scene.shaders):
-        if (constant := _constant_albedo(shader)) is not None:
-            plain[k], albedo[k] = True, constant
+def _plain(shading: Shading) -> tuple[np.ndarray, np.ndarray]:
+    """Which shaders need no evaluation at all, as they are nothing but Lambert's reflection, the same everywhere; and their albedos."""
+    plain, albedo = np.zeros(len(shading.shaders), bool), np.zeros((len(shading.shaders), 3), np.float32)
+    for k, (first, end) in enumerate(shading.shaders[:, 2:]):
+        kinds = [KINDS[row[0]] for row in shading.closures[first:end]]
+        weight, color, roughness, normal = shading.closures[first, 1:5] if kinds == ["diffuse"] else (NONE, NONE, NONE, NONE)
+        if min(weight, color, roughness) >= 0 and normal == NONE and shading.constants[roughness, 0] == 0:
+            plain[k], albedo[k] = True, shading.constants[weight].clip(0) * shading.constants[color].clip(0)
     return plain, albedo
-
-
-def _constant_albedo(shader: Shader) -> np.ndarray | None:
-    """What a shader reflects that is nothing but Lambert's reflection, the same everywhere; None for any other."""
-    if [closure.kind for closure in shader.closures] != ["diffuse"]:
-        return None
-    closure = shader.closures[0]
-    inputs = CLOSURES["diffuse"] | closure.inputs
-    weight, color = closure.weight, inputs["color"]
-    if isinstance(weight, Node) or isinstance(color, Node) or color is None:
-        return None
-    return np.multiply(weight, color).clip(0) if inputs["roughness"] == 0.0 and inputs["normal"] is None else None
 
 
 def _sees_through(shading: Shading, shader: int) -> bool:

@@ -4,6 +4,8 @@ A coarse mesh with smooth normals stands for a curved surface that bulges over i
 the triangles in steps: such a ray therefore starts on the curved surface. The rules are those of Cycles, with its default threshold.
 """
 
+import math
+
 from ..kernels import part
 from ..sampling import F, add, dot, normalize, scale, subtract, vector
 from .geometry import off_surface
@@ -29,7 +31,7 @@ def shadow_ray(surface, triangle, u, v, x, n, ng, wi, distance, travelled):
     if distance > F(1e30):
         return lifted, wi, distance
     to_end = subtract(add(above, scale(wi, distance)), lifted)
-    return lifted, normalize(to_end), dot(to_end, to_end) ** F(0.5)
+    return lifted, normalize(to_end), math.sqrt(dot(to_end, to_end))
 
 
 @part

@@ -3,11 +3,16 @@
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from ..scene.description import Closure, Instruction, Node, Shader, Value
+from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
 from ..scene.ops import OPS
 
 NORMAL = Node(0)  # every shader's first step, once it has been through `with_normal`
 Change = Callable[[int], Value]
+# Inputs of a Principled BSDF: those that put something on its diffuse base, and those of the base and of the light that it emits by
+# their names in closures of their own.
+_ABOVE_THE_BASE = "metallic", "transmission", "specular_ior_level", "coat_weight", "sheen_weight"
+_BASE = {"color": "base_color", "roughness": "diffuse_roughness", "normal": "normal"}
+_LIGHT = {"color": "emission_color", "strength": "emission_strength"}
 
 
 def with_normal(shader: Shader) -> Shader:
@@ -36,6 +41,30 @@ def without_idle_steps(shader: Shader) -> Shader:
     needed = sorted(_ancestors(shader.code, _read_by_closures(shader), through_bumps=True))
     places = {k: Node(place) for place, k in enumerate(needed)}
     return changed(replace(shader, code=tuple(shader.code[k] for k in needed)), places.__getitem__)
+
+
+def with_simpler_closures(shader: Shader) -> Shader:
+    """The shader with diffuse reflection and emission in place of each Principled BSDF that is nothing else."""
+    return replace(shader, closures=tuple(simpler for closure in shader.closures for simpler in _simpler(closure)))
+
+
+def _simpler(closure: Closure) -> tuple[Closure, ...]:
+    if closure.kind != "principled":
+        return (closure,)
+    inputs = CLOSURES["principled"] | closure.inputs
+    if not (_number(inputs["alpha"], 0.0) >= 1 and all(_number(inputs[name], 1.0) <= 0 for name in _ABOVE_THE_BASE)):
+        return (closure,)
+    base, light = _renamed("diffuse", closure, inputs, _BASE), _renamed("emission", closure, inputs, _LIGHT)
+    return (base,) if _number(inputs["emission_strength"], 1.0) == 0 else (base, light)
+
+
+def _renamed(kind: str, closure: Closure, inputs: dict[str, Value | None], names: dict[str, str]) -> Closure:
+    return Closure(kind, closure.weight, {new: value for new, old in names.items() if (value := inputs[old]) is not None})
+
+
+def _number(value: Value | None, otherwise: float) -> float:
+    """The number that an input is everywhere, if it is."""
+    return value[0] if isinstance(value, tuple) else value if isinstance(value, float) else otherwise
 
 
 def with_bumps(shader: Shader, positions: int) -> Shader:

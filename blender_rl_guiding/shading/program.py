@@ -14,7 +14,7 @@ from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Va
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
 from .evaluate import Code, run
 from .operands import CODE_REGISTERS, KINDS, NONE, Point, Shading
-from .passes import allocate, changed, constant_steps, with_bumps, with_constants, with_normal, without_idle_steps
+from .passes import allocate, changed, constant_steps, with_bumps, with_constants, with_normal, with_simpler_closures, without_idle_steps
 from .textures import CODES, FLOATS, SRGB_CODES
 
 STEP_COLUMNS, CLOSURE_COLUMNS = 3 + MAX_INPUTS + MAX_OPTIONS, 32
@@ -31,7 +31,8 @@ def compile_shaders(scene: SceneData) -> Shading:
     program = Program()
     for shader in shaders:
         complete = with_normal(shader)
-        short = without_idle_steps(with_constants(complete, _constants(complete, assets)))
+        simple = with_simpler_closures(with_constants(complete, _constants(complete, assets)))
+        short = without_idle_steps(simple)
         ready = with_bumps(short, len(assets.attribute_rows) - 1)
         registers, count = allocate(ready)
         if count > CODE_REGISTERS:
@@ -114,8 +115,8 @@ class Program:
             constants=constants,
             **closure_inputs(closures, constants),
         )
-        for array in program:
-            array.setflags(write=False)  # always, because kernels are compiled anew for arrays that can be written to
+        for array in program:  # always the same, because kernels are compiled anew for arrays that can be written to
+            array.setflags(write=array is program.inputs)  # which may be the thread's own registers instead
         return program
 
     def _step(self, step: Instruction, register: int, registers: list[int]) -> list[int]:

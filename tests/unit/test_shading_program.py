@@ -91,8 +91,8 @@ def test_what_closures_are_read_into_overwrites_no_value():
         return shaded.scene((Shader("greedy", code, closures),), TRIANGLE[None], (TRIANGLE[None],))
 
     shading = compile_shaders(greedy(CODE_REGISTERS))
-    assert shading.code[:, 2].max() == CODE_REGISTERS - 1 < inputs.WEIGHT - 1
-    assert max(inputs.columns("principled")) < REGISTERS
+    assert shading.code[:, 2].max() == CODE_REGISTERS - 1
+    assert max(inputs.columns("principled")) < REGISTERS - CODE_REGISTERS
     with pytest.raises(InputError, match=f"{CODE_REGISTERS + 1} values at once"):
         compile_shaders(greedy(CODE_REGISTERS + 1))
 
@@ -104,6 +104,27 @@ def test_closures_have_their_inputs_in_order():
     assert KINDS[kind] == "glass"
     assert (tint, normal) == (~0, NONE)
     np.testing.assert_allclose(shading.constants[[weight, roughness, ior, multiscatter], 0], (0.5, 0, 1.3, 1))
+
+
+def kinds(**inputs: object) -> list[str]:
+    """What a Principled BSDF becomes."""
+    shading = compile_shaders(
+        shaded.scene((Shader("", (Instruction("position"),), (Closure("principled", 0.5, inputs),)),), TRIANGLE[None])
+    )
+    first, end = shading.shaders[0, 2:]
+    return [KINDS[row[0]] for row in shading.closures[first:end]]
+
+
+def test_principled_that_is_nothing_but_diffuse_becomes_diffuse():
+    assert kinds(specular_ior_level=0.0, base_color=Node(0)) == ["diffuse"]
+    assert kinds(specular_ior_level=0.0, emission_strength=2.0) == ["diffuse", "emission"]
+    assert kinds(specular_ior_level=0.0, emission_strength=Node(0)) == ["diffuse", "emission"]
+
+
+@pytest.mark.parametrize("name", ["metallic", "transmission", "specular_ior_level", "coat_weight", "sheen_weight", "alpha"])
+@pytest.mark.parametrize("value", [0.5, Node(0)])
+def test_principled_with_anything_more_stays(name: str, value: object):
+    assert kinds(**({"specular_ior_level": 0.0} | {name: value})) == ["principled"]
 
 
 def test_the_world_comes_last():
