@@ -56,12 +56,11 @@ def add_sample(film, pixel, L, weight):
     """Add a sample to its pixel's sums; whether it is finite."""
     w = np.float64(weight)
     for c in range(3):
-        value = w * np.float64(L[c])
-        film.sum[pixel, c] += value
-        film.squares[pixel, c] += value * value
+        value = np.float64(L[c])
+        film.sum[pixel, c] += w * value
+        film.squares[pixel, c] += w * value * value
     film.samples[pixel] += 1
-    film.weight[pixel, 0] += w
-    film.weight[pixel, 1] += w * w
+    film.weight[pixel] += w
     return np.isfinite(L[0] + L[1] + L[2])
 
 

@@ -11,7 +11,7 @@ from blender_rl_guiding.render import render
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.settings import DQN, Machine, QTable, Render
+from blender_rl_guiding.settings import DQN, Frequency, Machine, QTable, Render
 from tests import scenes
 
 ROWS, COLUMNS = 4, 6
@@ -20,10 +20,10 @@ GRID = {"rows": ROWS, "columns": COLUMNS, "cells": 6, "bsdf_fraction": 1.0}
 
 
 def lit_box() -> SceneData:
-    """A closed grey box, 2 wide, with a lamp of half its width below the ceiling: light falls off smoothly, and bounces often."""
+    """A closed grey box, 2 wide, whose ceiling shines: light arrives smoothly, and bounces often."""
     b = scenes.Builder()
-    scenes.box(b, (-1, -1, -1), (1, 1, 1), scenes.everywhere(scenes.material("grey", (0.6, 0.6, 0.6))))
-    b.quad((-0.5, -0.5, 0.99), (-0.5, 0.5, 0.99), (0.5, 0.5, 0.99), (0.5, -0.5, 0.99), scenes.material("lamp", emission=(4.0, 4.0, 4.0)))
+    walls = scenes.everywhere(scenes.material("grey", (0.6, 0.6, 0.6)))
+    scenes.box(b, (-1, -1, -1), (1, 1, 1), walls | {"+z": scenes.material("ceiling", emission=(1.0, 1.0, 1.0))})
     return b.scene(scenes.look((0, -0.9, 0), (0, 1, -0.2), 90, 64, 64), max_bounces=30)
 
 
@@ -44,17 +44,18 @@ def learnt(scene: SceneData, settings: Render, passes: int) -> tuple[np.ndarray,
 
 
 @pytest.mark.parametrize(
-    ("guide", "tolerance"),
+    "guide",
     [
-        (QTable(prior=1.0, recorded=100_000, **GRID), 0.06),
-        (DQN(layers=3, width=48, recorded=20_000, steps=40, learning_starts=256, batch=1024, tau=0.1, decay=0.9985, **GRID), 0.12),
+        QTable(prior=1.0, recorded=100_000, **GRID),
+        DQN(encoder=Frequency(1), layers=3, width=48, recorded=20_000, steps=40, learning_starts=256, batch=1024, **GRID),
     ],
-    ids=lambda value: getattr(value, "kind", ""),
+    ids=lambda guide: guide.kind,
 )
-def test_q_in_a_box_with_a_lamp_is_the_radiance_that_arrives(guide, tolerance, record_property):
-    """Relative error over the patches of cells in the middle of the floor, the back wall and a side, in the mean and root mean square.
+def test_q_in_a_box_below_a_bright_ceiling_is_the_radiance_that_arrives(guide, record_property):
+    """Errors relative to a cell's mean radiance, for cells in the middle of the floor, the back wall and a side.
 
-    The root mean square is of what a cell of 1/3 width and the learner's noise cannot give: the tolerance is twice what was measured.
+    Measured: 0.03 in the mean over a cell's patches and 0.07 in the root mean square, of which the table's cells, 1/3 wide, and the
+    network's size are parts; the limits are about twice that.
     """
     scene = lit_box()
     position, normal, q = learnt(scene, Render(guide=guide), 60)
@@ -66,8 +67,8 @@ def test_q_in_a_box_with_a_lamp_is_the_radiance_that_arrives(guide, tolerance, r
         errors.append((q[cell] - expected) / expected.mean())
     errors = np.array(errors)
     record_property("relative errors", f"mean {np.abs(errors.mean(axis=1)).max():.3f}, rms {np.sqrt((errors**2).mean()):.3f}")
-    assert np.abs(errors.mean(axis=1)).max() < tolerance / 2, errors.mean(axis=1)
-    assert np.sqrt((errors**2).mean()) < tolerance, np.sqrt((errors**2).mean())
+    assert np.abs(errors.mean(axis=1)).max() < 0.06, errors.mean(axis=1)
+    assert np.sqrt((errors**2).mean()) < 0.13, np.sqrt((errors**2).mean())
 
 
 def test_a_hemisphere_camera_sees_the_patches_of_its_point():

@@ -53,19 +53,19 @@ def test_mean_and_variance_are_numpys(exposure):
 
 
 def test_weighted_samples():
-    """Sample i of variance 1 / w_i^2 and weight w_i: the variance of the mean is n / (sum of w)^2, and is estimated without bias."""
-    rng, weights = np.random.default_rng(3), np.sqrt(np.arange(1.0, 17.0))
+    """Where samples weigh what their variance is the inverse of, the mean has 1 / (sum of weights), which is estimated without bias."""
+    rng, weights = np.random.default_rng(3), np.arange(1.0, 17.0)
     films = 4000
     film = Film(films, 1)
-    values = 5 + rng.normal(size=(16, films, 3)) / weights[:, None, None]
+    values = 5 + rng.normal(size=(16, films, 3)) / np.sqrt(weights)[:, None, None]
     for weight, samples in zip(weights, values, strict=True):
         add(film, range(films), samples, np.full(films, weight))
     expected = np.average(values, axis=0, weights=weights)
     np.testing.assert_allclose(film.mean()[0], expected, rtol=1e-6)
-    truth = 16 / weights.sum() ** 2
+    truth = 1 / weights.sum()
     estimates = film.variance_of_mean().ravel()
-    # The relative spread of each is about sqrt(2 / 15), of all four standard errors; and 3 % for a mean that is estimated, too.
-    assert abs(estimates.mean() / truth - 1) < 4 * np.sqrt(2 / 15 / estimates.size) + 0.03
+    # The relative spread of each is sqrt(2 / 15), as of any chi-squared; four standard errors, as below.
+    assert estimates.mean() == pytest.approx(truth, rel=4 * np.sqrt(2 / 15 / estimates.size))
     assert film.mean()[0].var() == pytest.approx(truth, rel=4 * np.sqrt(2 / estimates.size))
 
 
