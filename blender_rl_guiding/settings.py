@@ -78,7 +78,9 @@ class DQN(Settings):
     weights: Literal["radiance", "product"] = setting("product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.")
     bsdf_fraction: float = setting(0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, label="BSDF Fraction")
     cells: int = setting(32, "Cells along the scene's longest side; the network is laid out as a table over them.", min=1, max=1024)
-    loss: Literal["dqn", "cdqn"] = setting("dqn", "Of the target network alone, or the larger of its loss and the online network's own (C-DQN).")
+    loss: Literal["dqn", "cdqn"] = setting(
+        "dqn", "Of the target network alone, or the larger of its loss and the online network's own (C-DQN)."
+    )
     error: Literal["squared", "relative"] = setting("relative", "Squared error, or squared error relative to Q squared.")
     recorded: int = setting(250_000, "Transitions to remember of each sample per pixel, about.", min=1, max=10_000_000)
     memory: int = setting(500_000, "Transitions that the replay memory holds.", min=1, max=10_000_000)
@@ -90,7 +92,9 @@ class DQN(Settings):
     normalise: bool = setting(True, "Scale rewards to a mean of 0.1, so that the settings suit scenes of any brightness.")
     optimiser: Literal["adam", "sgd"] = setting("adam", "Adam, or plain gradient descent.")
     learning_rate: float = setting(1e-2, "Step size at the start.", min=1e-8, max=10.0)
-    schedule: Literal["exponential", "cosine"] = setting("exponential", "The step size falls by a factor, or by a cosine to 0 at the last step.")
+    schedule: Literal["exponential", "cosine"] = setting(
+        "exponential", "The step size falls by a factor, or by a cosine to 0 at the last step."
+    )
     decay: float = setting(0.998, "Factor of the exponential schedule for each step.", min=0.5, max=1.0)
     tau: float = setting(0.1, "Share of the online network that enters the target network after each step.", min=0.0, max=1.0)
 
@@ -148,6 +152,8 @@ PRESETS = {
     "uniform_nee": Render(nee=True, guide=Uniform()),
     "bsdf_nee": Render(nee=True, guide=BSDF()),
     "dqn_nee": Render(nee=True, guide=DQN()),
+    "recommended": Render(guide=DQN()),
+    "recommended_nee": Render(nee=True, guide=DQN()),
     "slides_a_dqn": _slides(NoEncoding(), layers=2, width=1000, rows=9, columns=12),
     "slides_a_pos": _slides(Frequency(octaves=8), layers=2, width=1000, rows=9, columns=12),
     "slides_b_cdqn": _slides(NoEncoding(), layers=3, width=250, rows=12, columns=30, loss="cdqn"),

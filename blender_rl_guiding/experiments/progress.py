@@ -32,10 +32,10 @@ class Progress:
         self.console.print(text, markup=False)
 
     @contextmanager
-    def bar(self, description: str, total: int) -> Iterator[Callable[[float], None]]:
-        """A bar for the length of the block; call what it yields with the number done so far."""
+    def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
+        """A bar for the length of the block; call what it yields with the number done so far, and with `total` or `description` anew."""
         task = self._bars.add_task(description, total=total)
         try:
-            yield lambda done: self._bars.update(task, completed=done)
+            yield lambda done, **anew: self._bars.update(task, completed=done, **anew)
         finally:
             self._bars.remove_task(task)

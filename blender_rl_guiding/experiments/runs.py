@@ -47,6 +47,7 @@ def save_run(
         "machine": to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
         "versions": _versions(),
         "curve": result.curve,
+        "losses": [float(f"{loss:.5g}") for loss in result.losses],
     }
     _write_json(folder / "result.json", values)
 
@@ -79,7 +80,7 @@ def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
 
 
 def judge_again(folder: Path, truth: np.ndarray) -> None:
-    """Bring a finished run's metrics up to date: the reference may have got better since."""
+    """Bring a finished run's metrics up to date: the reference may have got better since. Its curve's errors stay as they were judged."""
     path = folder / "result.json"
     values = json.loads(path.read_text(encoding="utf-8"))
     metrics = compare(read_exr(folder / "image.exr")[0], truth)

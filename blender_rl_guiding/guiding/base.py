@@ -1,6 +1,6 @@
 """What a guide is to the renderer: it hands out directions for a pass, and learns from what the pass saw."""
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -34,8 +34,12 @@ class Guide(Protocol):
         """How many transitions of the next pass to collect, about; 0 for a guide that does not learn."""
         ...
 
-    def learn(self, transitions: Transitions) -> dict[str, float]:
-        """Learn from a pass; returns what a learning curve shows ("loss", ...)."""
+    def learn(self, transitions: Transitions) -> dict[str, Any]:
+        """Learn from a pass; returns numbers for the pass's entry in the learning curve, and "losses", a list, which may be missing.
+
+        "loss": the mean over the pass; "losses": one of each training step, unless the pass was the step; "train_seconds" and
+        "infer_seconds": how long training took, and laying out directions for the next pass.
+        """
         ...
 
 
