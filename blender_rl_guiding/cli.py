@@ -156,7 +156,7 @@ def _tell(folders: Sequence[Path], failed: int) -> None:
 
     for folder in folders:
         page = report.write(folder)
-        Console().print(report.text_table(folder))
+        report.show(folder, Console())
         print(page)
     if failed:
         raise InputError(f"{failed} of the runs failed, as told above; the same command tries them again")

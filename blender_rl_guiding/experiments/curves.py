@@ -1,0 +1,51 @@
+"""What runs recorded on their way, as lines: means over the seeds of a method."""
+
+import statistics
+from collections.abc import Iterator
+
+from .results import Results, Run, Summary
+
+Points = list[tuple[float, float]]
+MOST_POINTS = 100  # in a line of losses: each is the mean of some training steps, or the noise hides the line
+
+
+def over_samples(summary: Summary, measure: str) -> Points:
+    """(samples per pixel, error), at the samples that every seed was judged at."""
+    return [(samples, error) for samples, _, error in _judged(summary, measure)]
+
+
+def over_seconds(summary: Summary, measure: str) -> Points:
+    """(seconds of rendering and learning, error), at the samples that every seed was judged at."""
+    return [(seconds, error) for _, seconds, error in _judged(summary, measure)]
+
+
+def _judged(summary: Summary, measure: str) -> Iterator[tuple[float, float, float]]:
+    """(samples, mean seconds, mean error)."""
+    entries = [{entry["samples"]: entry for entry in run.curve if measure in entry} for run in summary.runs]
+    for samples in sorted(set.intersection(*map(set, entries))):
+        at = [seed[samples] for seed in entries]
+        yield samples, statistics.fmean(entry["seconds"] for entry in at), statistics.fmean(entry[measure] for entry in at)
+
+
+def losses(summary: Summary) -> Points:
+    """(training steps, mean loss of a few steps), as long as every seed learnt."""
+    means = [statistics.fmean(step) for step in zip(*(run.losses for run in summary.runs), strict=False)]
+    stride = -(-len(means) // MOST_POINTS) or 1
+    starts = range(0, len(means), stride)
+    return [(min(start + stride, len(means)), statistics.fmean(means[start : start + stride])) for start in starts]
+
+
+def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
+    """The methods that learnt, grouped by what their loss measures: only losses of one kind can be compared."""
+    groups: dict[str, list[Summary]] = {}
+    for summary in results.summaries(scene):
+        if all(run.losses for run in summary.runs):
+            groups.setdefault(_unit(summary.runs[0]), []).append(summary)
+    return groups
+
+
+def _unit(run: Run) -> str:
+    guide = run.settings.get("guide", {})
+    if "error" not in guide:
+        return f"loss of {guide.get('kind', run.method)}"
+    return f"{guide['error']} error{' of scaled rewards' if guide.get('normalise') else ''}"

@@ -1,0 +1,84 @@
+"""Figures for papers as PDF and PNG: error curves, losses, and rows of images, on white and in print sizes."""
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+
+from matplotlib.figure import Figure
+
+from ..errors import atomic
+from ..images import to_display
+from . import curves, page_images
+from .charts import Line, axis, drawable
+from .palette import LIGHT
+from .results import Results, Summary
+
+WIDTH = 3.4  # inches: a column of text
+
+
+def write(results: Results) -> None:
+    """Make every figure of an experiment in its folder `figures`. InputError where one cannot be written."""
+    for scene in results.scenes:
+        for name, figure in _of_scene(results, scene):
+            for suffix in ("pdf", "png"):
+                path = results.folder / "figures" / f"{name}-{scene}.{suffix}"
+                with atomic(path) as part:
+                    figure.savefig(part, dpi=200)
+
+
+def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
+    """Name and figure; without those that would be empty."""
+    found = results.summaries(scene)
+    if not found:
+        return
+    yield "images", _images(results, scene)
+    charts: list[tuple[str, str, str, list[Summary], Callable[[Summary], curves.Points], tuple[bool, bool]]] = [
+        ("mape", "samples per pixel", "mape_display", found, partial(curves.over_samples, measure="mape_display"), (False, True)),
+        ("relmse-time", "seconds, learning included", "relmse", found, partial(curves.over_seconds, measure="relmse"), (True, True)),
+    ]
+    for unit, learners in curves.by_loss(results, scene).items():
+        charts.append((f"loss-{unit.replace(' ', '-')}", "training steps", unit, learners, curves.losses, (False, False)))
+    for name, x_label, y_label, summaries, points, log in charts:
+        lines = drawable([Line(s.method, _colour(results, s.method), points(s)) for s in summaries], *log)
+        if lines:
+            yield name, _chart(lines, x_label, y_label, *log)
+
+
+def _colour(results: Results, method: str) -> str:
+    return LIGHT[results.methods.index(method) % len(LIGHT)]
+
+
+def _chart(lines: Sequence[Line], x_label: str, y_label: str, log_x: bool, log_y: bool) -> Figure:
+    """The lines on the same axes as in the page."""
+    figure = Figure((WIDTH, 0.68 * WIDTH))
+    axes = figure.add_subplot(xscale="log" if log_x else "linear", yscale="log" if log_y else "linear")
+    figure.subplots_adjust(left=0.17, right=0.98, bottom=0.17, top=0.97)
+    for line in lines:
+        axes.plot(*zip(*line.points, strict=True), color=line.colour, label=line.name, linewidth=1.3)
+    x_axis, y_axis = (axis([point[k] for line in lines for point in line.points], log) for k, log in ((0, log_x), (1, log_y)))
+    axes.set(xlim=x_axis.ends, ylim=y_axis.ends)
+    axes.set_xticks(x_axis.ticks(), [f"{x:.4g}" for x in x_axis.ticks()])
+    axes.set_yticks(y_axis.ticks(), [f"{y:.4g}" for y in y_axis.ticks()])
+    axes.minorticks_off()
+    axes.set_xlabel(x_label, fontsize=8)
+    axes.set_ylabel(y_label, fontsize=8)
+    axes.tick_params(labelsize=7)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(color="#e4e5e3", linewidth=0.6)
+    for text in axes.legend(fontsize=6, frameon=False).get_texts():
+        text.set_parse_math(False)  # a name is not TeX
+    return figure
+
+
+def _images(results: Results, scene: str) -> Figure:
+    """Reference and methods in a row, each with its mape_display."""
+    reference, shots = page_images.load(results, scene)
+    titled = [("reference", reference), *((f"{run.method}\n{run.metrics['mape_display']:.4f}", image) for run, image in shots)]
+    side, title_height = 1.5, 0.36  # inches
+    height = side * reference.shape[0] / reference.shape[1]
+    figure = Figure((side * len(titled), height + title_height))
+    for k, (title, image) in enumerate(titled):
+        axes = figure.add_axes((k / len(titled), 0, 0.97 / len(titled), height / (height + title_height)))
+        axes.imshow(to_display(image), interpolation="nearest")
+        axes.set_title(title, fontsize=7, pad=3, parse_math=False)
+        axes.axis("off")
+    return figure
