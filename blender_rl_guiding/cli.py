@@ -16,6 +16,7 @@ from rich.console import Console
 
 from . import __version__, schema
 from .errors import InputError, check_writable
+from .experiments.catalogue import CATALOGUE, chosen
 from .experiments.progress import Progress
 from .flags import add_flags, chosen_methods, given, render_settings
 from .settings import PRESETS, Machine, Render
@@ -110,7 +111,6 @@ def _compare(options: argparse.Namespace) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> None:
-    from .experiments.catalogue import CATALOGUE, chosen
     from .experiments.runner import Experiment, run
 
     entries = {name: CATALOGUE[name] for name in chosen(options.names)}
@@ -255,7 +255,7 @@ def _parser() -> argparse.ArgumentParser:
     sweep = command(
         "sweep", _sweep, "Run experiments of the slides: scenes x methods x seeds, and a report of each. Goes on where it ended."
     )
-    sweep.add_argument("names", nargs="+", metavar="NAME", help="slides-a, -b, -c, -depth, -width, -resolution, or all")
+    sweep.add_argument("names", nargs="+", metavar="NAME", help=f"{', '.join(CATALOGUE)}, or all of them: all")
     sweep.add_argument("--spp", type=_positive, metavar="N", help="samples per pixel instead of the slides' 32")
     sweep.add_argument("--scenes", type=Path, default=_SCENES, metavar="DIR", help="where the scenes are (default: the project's)")
     _add_experiment(sweep, seeds=5)

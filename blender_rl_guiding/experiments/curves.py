@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from .results import Results, Run, Summary
 
 Points = list[tuple[float, float]]
-MOST_POINTS = 100  # in a line of losses: each is the mean of some training steps, or the noise hides the line
+MOST_POINTS = 50  # in a line of losses: each is the mean of some training steps, or the noise hides the line
 
 
 def over_samples(summary: Summary, measure: str) -> Points:
@@ -45,7 +45,7 @@ def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
 
 
 def _unit(run: Run) -> str:
+    """What a loss measures. With NEE what is learnt is less: the lights are left out."""
     guide = run.settings.get("guide", {})
-    if "error" not in guide:
-        return f"loss of {guide.get('kind', run.method)}"
-    return f"{guide['error']} error{' of scaled rewards' if guide.get('normalise') else ''}"
+    error = f"{guide['error']} error" if "error" in guide else f"loss of {guide.get('kind', run.method)}"
+    return error + " of scaled rewards" * bool(guide.get("normalise")) + " with NEE" * bool(run.settings.get("nee"))

@@ -12,7 +12,8 @@ from .charts import Line, axis, drawable
 from .palette import LIGHT
 from .results import Results, Summary
 
-WIDTH = 3.4  # inches: a column of text
+WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
+NAMES_ABREAST = 3  # in a legend
 
 
 def write(results: Results) -> None:
@@ -48,10 +49,11 @@ def _colour(results: Results, method: str) -> str:
 
 
 def _chart(lines: Sequence[Line], x_label: str, y_label: str, log_x: bool, log_y: bool) -> Figure:
-    """The lines on the same axes as in the page."""
-    figure = Figure((WIDTH, 0.68 * WIDTH))
+    """The lines on the same axes as in the page, their names above."""
+    legend_height = 0.13 * -(-len(lines) // NAMES_ABREAST) + 0.05
+    figure = Figure((WIDTH, HEIGHT + legend_height))
     axes = figure.add_subplot(xscale="log" if log_x else "linear", yscale="log" if log_y else "linear")
-    figure.subplots_adjust(left=0.17, right=0.98, bottom=0.17, top=0.97)
+    figure.subplots_adjust(left=0.17, right=0.98, bottom=0.4 / (HEIGHT + legend_height), top=HEIGHT / (HEIGHT + legend_height))
     for line in lines:
         axes.plot(*zip(*line.points, strict=True), color=line.colour, label=line.name, linewidth=1.3)
     x_axis, y_axis = (axis([point[k] for line in lines for point in line.points], log) for k, log in ((0, log_x), (1, log_y)))
@@ -64,7 +66,8 @@ def _chart(lines: Sequence[Line], x_label: str, y_label: str, log_x: bool, log_y
     axes.tick_params(labelsize=7)
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color="#e4e5e3", linewidth=0.6)
-    for text in axes.legend(fontsize=6, frameon=False).get_texts():
+    names = figure.legend(loc="upper center", ncols=NAMES_ABREAST, fontsize=6, frameon=False, borderpad=0.2, labelspacing=0.2)
+    for text in names.get_texts():
         text.set_parse_math(False)  # a name is not TeX
     return figure
 

@@ -24,8 +24,8 @@ def swatch(results: Results, method: str) -> str:
 
 
 def name_cell(results: Results, method: str) -> str:
-    """A row's first cell."""
-    return f"<th scope=row>{swatch(results, method)}{escape(method)}</th>"
+    """A row's first cell; where there is little room, the name breaks after its underscores."""
+    return f"<th scope=row>{swatch(results, method)}{escape(method).replace('_', '_<wbr>')}</th>"
 
 
 def legend(results: Results, methods: Sequence[str]) -> str:

@@ -39,7 +39,12 @@ def _learning(summary: Summary) -> Cell:
 
 
 def _cell(value: Estimate, versus: str = "") -> Cell:
-    return Cell(f"{value.mean:.4g}", "" if value.margin is None else f"±{value.margin:.1g}", versus)
+    return Cell(f"{value.mean:.4g}", margin(value), versus)
+
+
+def margin(value: Estimate) -> str:
+    """Half the 95 % interval to one digit, as in "±0.003" or "±20"; empty where there is none."""
+    return "" if value.margin is None else f"±{float(f'{value.margin:.1g}'):g}"
 
 
 def equal_time(summary: Summary, base: Summary) -> float:

@@ -19,7 +19,7 @@ def errors(results: Results, scene: str) -> str:
     )
     if not by_samples:
         return ""
-    note = "Means over the seeds, against the reference, while the image renders. At equal samples on top, at equal time below."
+    note = "Means over the seeds, against the reference, while the image renders: at equal samples, and at equal time."
     names = legend(results, [summary.method for summary in found])
     return f"<h3>Error</h3><p class=note>{note}</p>{names}<div class=charts>{by_samples}{by_time}</div>"
 

@@ -74,9 +74,9 @@ def beside_published(results: Results, scenes: Sequence[str]) -> str:
 def _published_row(results: Results, row: published.Row) -> str:
     theirs = "–" if row.ratio is None else f"×{row.ratio:.3f}"
     their_error = "" if row.error is None else f"<small>{row.error:.4f}</small>"
-    margin = "" if row.our_ratio.margin is None else f" ±{row.our_ratio.margin:.1g}"
+    small = "&ensp;".join(filter(None, (numbers.margin(row.our_ratio), f"{row.our_error.mean:.4f}")))
     kind = {"yes": " class=best", "no": " class=worse"}.get(row.verdict, "")
-    ours = f"×{row.our_ratio.mean:.3f}{margin}<small>{row.our_error.mean:.4f}</small>"
+    ours = f"×{row.our_ratio.mean:.3f}<small>{small}</small>"
     return (
         f"<tr>{name_cell(results, row.method)}<td>{theirs}{their_error}</td><td>{ours}</td><td><span{kind}>{row.verdict}</span></td></tr>"
     )

@@ -28,8 +28,8 @@ class Progress:
             self._bars.stop()
 
     def note(self, text: str) -> None:
-        """A line that stays."""
-        self.console.print(text, markup=False)
+        """A line that stays; one line, too, where it goes into a file."""
+        self.console.print(text, markup=False, soft_wrap=True)
 
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:

@@ -1,5 +1,6 @@
 """Lines of a chart: means over seeds, at what all seeds have, and losses only beside losses of their kind."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,9 +35,10 @@ def test_losses_are_means_over_seeds_as_long_as_all_learnt():
 
 def test_many_losses_are_means_of_some_steps_each():
     points = curves.losses(Summary("dqn", (run(losses=range(250)),)))
-    assert points[:2] == [(3, 1.0), (6, 4.0)]
-    assert points[-1] == (250, 249.0)
-    assert len(points) == 84
+    assert points[:2] == [(5, 2.0), (10, 7.0)]
+    assert points[-1] == (250, 247.0)
+    assert len(points) == 50
+    assert curves.losses(Summary("dqn", (run(losses=range(101)),)))[-1] == (101, 99.5)  # the last ones may be fewer
 
 
 def test_losses_of_different_kinds_are_apart():
@@ -45,9 +47,15 @@ def test_losses_of_different_kinds_are_apart():
         run("a", losses=[1.0]), run("b", losses=[1.0]), run("c", losses=[1.0], guide=relative),
         run("d", losses=[1.0], guide={"kind": "qtable"}), run("e", guide={"kind": "uniform"}),
     )  # fmt: skip
-    results = Results(Path(), "", ("c1",), tuple("abcde"), "a", "", runs, ())
+    runs += (replace(runs[0], method="f", settings=runs[0].settings | {"nee": True}),)
+    results = Results(Path(), "", ("c1",), tuple("abcdef"), "a", "", runs, ())
     groups = {unit: [summary.method for summary in found] for unit, found in curves.by_loss(results, "c1").items()}
-    assert groups == {"squared error": ["a", "b"], "relative error of scaled rewards": ["c"], "loss of qtable": ["d"]}
+    assert groups == {
+        "squared error": ["a", "b"],
+        "relative error of scaled rewards": ["c"],
+        "loss of qtable": ["d"],
+        "squared error with NEE": ["f"],
+    }
 
 
 @pytest.mark.parametrize("losses", [[1.0], [1.0, float("inf")]])
