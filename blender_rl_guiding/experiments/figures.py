@@ -1,7 +1,6 @@
 """Figures for papers as PDF and PNG: error curves, losses, and rows of images, on white and in print sizes."""
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 
 from matplotlib.figure import Figure
 
@@ -33,8 +32,8 @@ def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
         return
     yield "images", _images(results, scene)
     charts: list[tuple[str, str, str, list[Summary], Callable[[Summary], curves.Points], tuple[bool, bool]]] = [
-        ("mape", "samples per pixel", "mape_display", found, partial(curves.over_samples, measure="mape_display"), (False, True)),
-        ("relmse-time", "seconds, learning included", "relmse", found, partial(curves.over_seconds, measure="relmse"), (True, True)),
+        ("mape", "samples per pixel", "mape_display", found, lambda s: curves.over_samples(s, "mape_display"), (False, True)),
+        ("relmse-time", "seconds, learning included", "relmse", found, lambda s: curves.over_seconds(s, "relmse"), (True, True)),
     ]
     for unit, learners in curves.by_loss(results, scene).items():
         charts.append((f"loss-{unit.replace(' ', '-')}", "training steps", unit, learners, curves.losses, (False, False)))
