@@ -1,12 +1,48 @@
 """What runs recorded on their way, as lines: means over the seeds of a method."""
 
 import statistics
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
 
 from .results import Results, Run, Summary
 
 Points = list[tuple[float, float]]
 MOST_POINTS = 50  # in a line of losses: each is the mean of some training steps, or the noise hides the line
+
+
+class Plot(NamedTuple):
+    """One chart, as the page and the figures for papers draw it."""
+
+    name: str  # as part of a file's
+    x_label: str
+    y_label: str
+    log_x: bool
+    log_y: bool
+    lines: list[tuple[str, Points]]  # by method; never without points
+
+
+def error_plots(results: Results, scene: str) -> list[Plot]:
+    """mape_display over samples as the slides have it, and relMSE over time; empty where no run recorded them."""
+    found = results.summaries(scene)
+    by_samples = _lines(found, lambda summary: over_samples(summary, "mape_display"))
+    by_time = _lines(found, lambda summary: over_seconds(summary, "relmse"))
+    plots = [
+        Plot("mape", "samples per pixel", "mape_display", False, True, by_samples),
+        Plot("relmse-time", "seconds, learning included", "relmse", True, True, by_time),
+    ]
+    return [plot for plot in plots if plot.lines]
+
+
+def loss_plots(results: Results, scene: str) -> list[Plot]:
+    """Losses over training steps, a plot for each kind of loss; empty where nothing learnt."""
+    return [
+        Plot(f"loss-{unit.replace(' ', '-')}", "training steps", unit, False, False, _lines(found, losses))
+        for unit, found in by_loss(results, scene).items()
+    ]
+
+
+def _lines(found: Iterable[Summary], points: Callable[[Summary], Points]) -> list[tuple[str, Points]]:
+    return [(summary.method, line) for summary in found if (line := points(summary))]
 
 
 def over_samples(summary: Summary, measure: str) -> Points:

@@ -1,6 +1,6 @@
 """Figures for papers as PDF and PNG: error curves, losses, and rows of images, on white and in print sizes."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from matplotlib.figure import Figure
 
@@ -9,7 +9,7 @@ from ..images import to_display
 from . import curves, page_images
 from .charts import Line, axis, drawable
 from .palette import LIGHT
-from .results import Results, Summary
+from .results import Results
 
 WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
 NAMES_ABREAST = 3  # in a legend
@@ -27,41 +27,30 @@ def write(results: Results) -> None:
 
 def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
     """Name and figure; without those that would be empty."""
-    found = results.summaries(scene)
-    if not found:
+    if not results.summaries(scene):
         return
     yield "images", _images(results, scene)
-    charts: list[tuple[str, str, str, list[Summary], Callable[[Summary], curves.Points], tuple[bool, bool]]] = [
-        ("mape", "samples per pixel", "mape_display", found, lambda s: curves.over_samples(s, "mape_display"), (False, True)),
-        ("relmse-time", "seconds, learning included", "relmse", found, lambda s: curves.over_seconds(s, "relmse"), (True, True)),
-    ]
-    for unit, learners in curves.by_loss(results, scene).items():
-        charts.append((f"loss-{unit.replace(' ', '-')}", "training steps", unit, learners, curves.losses, (False, False)))
-    for name, x_label, y_label, summaries, points, log in charts:
-        lines = drawable([Line(s.method, _colour(results, s.method), points(s)) for s in summaries], *log)
-        if lines:
-            yield name, _chart(lines, x_label, y_label, *log)
+    for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):
+        lines = [Line(method, LIGHT[results.methods.index(method) % len(LIGHT)], points) for method, points in plot.lines]
+        if lines := drawable(lines, plot.log_x, plot.log_y):
+            yield plot.name, _chart(lines, plot)
 
 
-def _colour(results: Results, method: str) -> str:
-    return LIGHT[results.methods.index(method) % len(LIGHT)]
-
-
-def _chart(lines: Sequence[Line], x_label: str, y_label: str, log_x: bool, log_y: bool) -> Figure:
+def _chart(lines: Sequence[Line], plot: curves.Plot) -> Figure:
     """The lines on the same axes as in the page, their names above."""
     legend_height = 0.13 * -(-len(lines) // NAMES_ABREAST) + 0.05
     figure = Figure((WIDTH, HEIGHT + legend_height))
-    axes = figure.add_subplot(xscale="log" if log_x else "linear", yscale="log" if log_y else "linear")
+    axes = figure.add_subplot(xscale="log" if plot.log_x else "linear", yscale="log" if plot.log_y else "linear")
     figure.subplots_adjust(left=0.17, right=0.98, bottom=0.4 / (HEIGHT + legend_height), top=HEIGHT / (HEIGHT + legend_height))
     for line in lines:
         axes.plot(*zip(*line.points, strict=True), color=line.colour, label=line.name, linewidth=1.3)
-    x_axis, y_axis = (axis([point[k] for line in lines for point in line.points], log) for k, log in ((0, log_x), (1, log_y)))
+    x_axis, y_axis = (axis([point[k] for line in lines for point in line.points], log) for k, log in ((0, plot.log_x), (1, plot.log_y)))
     axes.set(xlim=x_axis.ends, ylim=y_axis.ends)
     axes.set_xticks(x_axis.ticks(), [f"{x:.4g}" for x in x_axis.ticks()])
     axes.set_yticks(y_axis.ticks(), [f"{y:.4g}" for y in y_axis.ticks()])
     axes.minorticks_off()
-    axes.set_xlabel(x_label, fontsize=8)
-    axes.set_ylabel(y_label, fontsize=8)
+    axes.set_xlabel(plot.x_label, fontsize=8)
+    axes.set_ylabel(plot.y_label, fontsize=8)
     axes.tick_params(labelsize=7)
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color="#e4e5e3", linewidth=0.6)
