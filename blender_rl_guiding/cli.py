@@ -1,4 +1,4 @@
-"""The command `rlg`: export, render, compare, report, metrics. Flags for settings are made from the settings classes."""
+"""The command `rlg`: export, render, compare, sweep, report, metrics."""
 
 import argparse
 import json
@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -15,9 +16,12 @@ from rich.console import Console
 
 from . import __version__, schema
 from .errors import InputError, check_writable
+from .experiments.catalogue import CATALOGUE, chosen
 from .experiments.progress import Progress
-from .settings import PRESETS, Machine, Render, method
+from .flags import add_flags, chosen_methods, given, render_settings
+from .settings import PRESETS, Machine, Render
 
+_SCENES = Path(__file__).resolve().parents[1] / "scenes"
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
 
@@ -58,7 +62,7 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _render(options: argparse.Namespace) -> None:
-    settings, machine = _settings(options), schema.override(Machine(), _given(options, Machine))
+    settings, machine = render_settings(options), _machine(options)
     check_writable(options.out)
     interrupted = False
     with Progress() as progress, _opening(options.scene, options, progress) as opened:
@@ -90,28 +94,72 @@ def _render(options: argparse.Namespace) -> None:
 def _compare(options: argparse.Namespace) -> None:
     from .experiments.runner import Experiment, run
 
-    machine = schema.override(Machine(), _given(options, Machine))
-    methods = _methods(options)
+    methods = chosen_methods(options)
     check_writable(options.out)
     first = next(iter(methods.values())).seed
     with Progress() as progress:
         experiment = Experiment(
+            folder=options.out,
             scenes=tuple(_open(path, options, progress) for path in options.scenes),
             methods=methods,
             seeds=tuple(range(first, first + options.seeds)),
             reference_spp=options.reference_spp,
-            command=shlex.join(["rlg", *sys.argv[1:]]),
+            command=_command(),
         )
-        run(experiment, options.out, machine, progress)
-    _report(options)
+        failed = run([experiment], _machine(options), options.jobs, progress)
+    _tell([options.out], failed)
+
+
+def _sweep(options: argparse.Namespace) -> None:
+    from .experiments.runner import Experiment, run
+
+    entries = {name: CATALOGUE[name] for name in chosen(options.names)}
+    paths = {scene: _scene_file(options.scenes, scene) for entry in entries.values() for scene in entry.scenes}
+    check_writable(options.out)
+    with Progress() as progress:
+        scenes = {name: _open(path, options, progress) for name, path in paths.items()}
+        experiments = [
+            Experiment(
+                folder=options.out / name,
+                scenes=tuple(scenes[scene] for scene in entry.scenes),
+                methods={m: replace(settings, spp=options.spp or settings.spp) for m, settings in entry.methods.items()},
+                seeds=tuple(range(options.seeds)),
+                reference_spp=options.reference_spp,
+                command=_command(),
+                name=name,
+            )
+            for name, entry in entries.items()
+        ]
+        failed = run(experiments, _machine(options), options.jobs, progress)
+    _tell([experiment.folder for experiment in experiments], failed)
+
+
+def _scene_file(folder: Path, name: str) -> Path:
+    """The .blend of that name, or the bundle made of it for machines without Blender."""
+    found = [path for path in (folder / f"{name}.blend", folder / f"{name}.npz") if path.is_file()]
+    if not found:
+        raise InputError(f"no scene {name}.blend or {name}.npz in {folder}")
+    return found[0]
+
+
+def _command() -> str:
+    return shlex.join(["rlg", *sys.argv[1:]])
 
 
 def _report(options: argparse.Namespace) -> None:
+    _tell([options.out], failed=0)
+
+
+def _tell(folders: Sequence[Path], failed: int) -> None:
+    """Write the reports and print their summaries. InputError in the end if runs failed: they are missing there."""
     from .experiments import report
 
-    page = report.write(options.out)
-    Console().print(report.text_table(options.out))
-    print(page)
+    for folder in folders:
+        page = report.write(folder)
+        report.show(folder, Console())
+        print(page)
+    if failed:
+        raise InputError(f"{failed} of the runs failed, as told above; the same command tries them again")
 
 
 def _metrics(options: argparse.Namespace) -> None:
@@ -121,7 +169,11 @@ def _metrics(options: argparse.Namespace) -> None:
     print(json.dumps(compare(read_exr(options.image)[0], read_exr(options.reference)[0]), indent=1))
 
 
-# --- settings --------------------------------------------------------------------------------------------------------
+# --- what commands have in common -------------------------------------------------------------------------------------------------
+
+
+def _machine(options: argparse.Namespace) -> Machine:
+    return schema.override(Machine(), given(options, Machine))
 
 
 def _open(path: Path, options: argparse.Namespace, progress: Progress) -> Any:
@@ -144,59 +196,6 @@ def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Ite
 
     with opening(path, options.blender) as wait:
         yield opened
-
-
-def _settings(options: argparse.Namespace) -> Render:
-    """Preset or file first, then the flags."""
-    base = method(options.preset) if options.preset else Render()
-    if options.settings:
-        try:
-            base = schema.from_dict(Render, json.loads(options.settings.read_text(encoding="utf-8")))
-        except OSError as error:
-            raise InputError(f"cannot read {options.settings}: {error.strerror or error}") from error
-        except ValueError as error:
-            raise InputError(f"{options.settings}: {error}") from error
-    return schema.override(base, _given(options, Render))
-
-
-def _methods(options: argparse.Namespace) -> dict[str, Render]:
-    """Each method with the flags that concern it; a flag that concerns none is refused."""
-    names = options.methods.split(",")
-    if doubles := {name for name in names if names.count(name) > 1}:
-        raise InputError(f"--methods names {min(doubles)!r} twice")
-    named = {name: method(name) for name in names}
-    given, used = _given(options, Render), set()
-    for name, base in named.items():
-        mine = {flag: value for flag, value in given.items() if flag in set(schema.active(base))}
-        named[name] = schema.override(base, mine)
-        used |= mine.keys()
-    for flag in given.keys() - used:
-        raise InputError(f"--{flag.replace('_', '-')} concerns none of the methods {options.methods}")
-    return named
-
-
-def _given(options: argparse.Namespace, config: type[schema.Settings]) -> dict[str, Any]:
-    """The settings flags of a class that stand on the command line, by flat name."""
-    return {name: getattr(options, name) for name, _ in schema.flags(config) if hasattr(options, name)}
-
-
-def add_flags(parser: argparse.ArgumentParser, config: type[schema.Settings], leave_out: Sequence[str] = ()) -> None:
-    """One flag for every setting below a class, absent from the result unless given."""
-    group = parser.add_argument_group((config.__doc__ or "").rstrip("."))
-    for name, entry in schema.flags(config):
-        if name in leave_out:
-            continue
-        flag = f"--{name.replace('_', '-')}"
-        common: dict[str, Any] = {"dest": name, "default": argparse.SUPPRESS}
-        default = entry.default.kind if entry.variants else entry.default
-        limits = "" if entry.limits == (None, None) else ", from {} to {}".format(*entry.limits)
-        text = f"{entry.doc} (default: {default}{limits})".replace("%", "%%")
-        if entry.type is bool:
-            group.add_argument(flag, action=argparse.BooleanOptionalAction, help=text, **common)
-        elif entry.variants or entry.choices:
-            group.add_argument(flag, choices=[*entry.variants, *entry.choices], help=text, **common)
-        else:
-            group.add_argument(flag, type=entry.type, metavar=entry.type.__name__.upper(), help=text, **common)
 
 
 # --- parser ----------------------------------------------------------------------------------------------------------
@@ -244,29 +243,42 @@ def _parser() -> argparse.ArgumentParser:
     add_flags(render, Render)
     add_flags(render, Machine)
 
-    compare = command("compare", _compare, "Render scenes by several methods and report: writes report.html and table.csv.")
+    compare = command("compare", _compare, "Render scenes by several methods and report: writes report.html, tables and figures.")
     compare.add_argument("scenes", type=Path, nargs="+", metavar="SCENE", help="a .blend or a bundle")
     compare.add_argument(
         "--methods", required=True, metavar="NAME,NAME", help=f"guides or presets ({', '.join(PRESETS)}); the first is the baseline"
     )
-    compare.add_argument(
-        "--seeds", type=_positive, default=1, metavar="N", help="runs of each method, with seeds from --seed on (default: 1)"
-    )
-    compare.add_argument(
-        "--reference-spp", type=_positive, default=1024, metavar="N", help="samples per pixel of the reference, at least (default: 1024)"
-    )
-    compare.add_argument("--out", type=Path, required=True, metavar="DIR")
-    _add_blender(compare)
+    _add_experiment(compare, seeds=1)
     add_flags(compare, Render, leave_out=("guide",))
     add_flags(compare, Machine)
 
-    report = command("report", _report, "Make report.html and table.csv again from the runs in a folder.")
+    sweep = command(
+        "sweep", _sweep, "Run experiments of the slides: scenes x methods x seeds, and a report of each. Goes on where it ended."
+    )
+    sweep.add_argument("names", nargs="+", metavar="NAME", help=f"{', '.join(CATALOGUE)}, or all of them: all")
+    sweep.add_argument("--spp", type=_positive, metavar="N", help="samples per pixel instead of the slides' 32")
+    sweep.add_argument("--scenes", type=Path, default=_SCENES, metavar="DIR", help="where the scenes are (default: the project's)")
+    _add_experiment(sweep, seeds=5)
+    add_flags(sweep, Machine)
+
+    report = command("report", _report, "Make the report, tables and figures again from the runs in a folder.")
     report.add_argument("out", type=Path, metavar="DIR")
 
     metrics = command("metrics", _metrics, "Print the error measures of an image against a reference, as JSON.")
     metrics.add_argument("image", type=Path, metavar="IMAGE")
     metrics.add_argument("reference", type=Path, metavar="REFERENCE")
     return parser
+
+
+def _add_experiment(parser: argparse.ArgumentParser, seeds: int) -> None:
+    text = f"runs of each method, with one seed after the other (default: {seeds})"
+    parser.add_argument("--seeds", type=_positive, default=seeds, metavar="N", help=text)
+    text = "samples per pixel of the reference, at least (default: 1024)"
+    parser.add_argument("--reference-spp", type=_positive, default=1024, metavar="N", help=text)
+    text = "runs at a time, which share the threads; for times that can be compared with others, 1 (default: 1)"
+    parser.add_argument("--jobs", type=_positive, default=1, metavar="N", help=text)
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    _add_blender(parser)
 
 
 def _add_blender(parser: argparse.ArgumentParser) -> None:

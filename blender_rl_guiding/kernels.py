@@ -32,7 +32,7 @@ def source_key(package: Path) -> str:
 
 def _has_kernels(file: Path) -> bool:
     source = file.read_bytes()
-    return b"import kernel" in source or b"import part" in source or b"numba" in source
+    return b"kernels import" in source or b"import numba" in source
 
 
 setattr(numba.core.config, "CACHE_DIR", str(cache_home() / "kernels" / source_key(Path(__file__).parent)))  # noqa: B010  # unknown to the type checker

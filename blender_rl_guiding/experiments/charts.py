@@ -1,11 +1,11 @@
-"""Learning curves as inline SVG that takes its colours from the page."""
+"""Line charts as inline SVG that takes its colours from the page."""
 
 import math
 from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
-WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 680, 240, 64, 12, 12, 40
+WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 680, 340, 70, 16, 34, 56
 
 
 class Line(NamedTuple):
@@ -16,47 +16,87 @@ class Line(NamedTuple):
     points: Sequence[tuple[float, float]]
 
 
-def curves(lines: Sequence[Line], x_label: str, y_label: str) -> str:
-    """A chart with a linear x axis from 0 and a logarithmic y axis; points whose y is not above 0 are left out."""
-    kept = [line._replace(points=[(x, y) for x, y in line.points if y > 0 and math.isfinite(y)]) for line in lines]
-    kept = [line for line in kept if line.points]
-    points = [p for line in kept for p in line.points]
-    if not points:
+class Axis(NamedTuple):
+    """The numbers along one side of a chart; from `low` to `high`, which are exponents of ten where it is logarithmic."""
+
+    log: bool
+    low: float
+    high: float
+
+    def along(self, value: float) -> float:
+        """Where a value is, 0..1."""
+        return ((math.log10(value) if self.log else value) - self.low) / (self.high - self.low)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The values at both ends."""
+        return (10.0**self.low, 10.0**self.high) if self.log else (self.low, self.high)
+
+    def ticks(self) -> list[float]:
+        """Round numbers within, about four to eight."""
+        if not self.log:
+            step = _round_step((self.high - self.low) / 5)
+            return [k * step for k in range(math.ceil(self.low / step), math.floor(self.high / step) + 1)]
+        steps = (1, 2, 5) if self.high - self.low < 2.5 else (1,)
+        every = [step * 10.0**decade for decade in range(math.floor(self.low), math.ceil(self.high) + 1) for step in steps]
+        return [value for value in every if self.low <= math.log10(value) <= self.high]
+
+
+def axis(values: Sequence[float], log: bool) -> Axis:
+    """An axis that holds the values, of which there is at least one, with a little room."""
+    low, high = (math.log10(v) if log else v for v in (min(values), max(values)))
+    room = 0.05 * (high - low) or (0.05 if log else 0.05 * abs(high) or 1.0)
+    return Axis(log, low - room, high + room)
+
+
+def _round_step(step: float) -> float:
+    """1, 2 or 5 times a power of ten, at least `step`."""
+    decade = 10.0 ** math.floor(math.log10(step))
+    return next(k * decade for k in (1, 2, 5, 10) if k * decade >= step * 0.999)
+
+
+def drawable(lines: Sequence[Line], log_x: bool, log_y: bool) -> list[Line]:
+    """The lines without points that have no place, and without lines that have no points."""
+
+    def has_place(x: float, y: float) -> bool:
+        return math.isfinite(x) and math.isfinite(y) and (x > 0 or not log_x) and (y > 0 or not log_y)
+
+    kept = [line._replace(points=[p for p in line.points if has_place(*p)]) for line in lines]
+    return [line for line in kept if line.points]
+
+
+def chart(lines: Sequence[Line], x_label: str, y_label: str, *, log_x: bool = False, log_y: bool = False) -> str:
+    """The lines over a grid; empty where there is nothing to draw."""
+    kept = drawable(lines, log_x, log_y)
+    if not kept:
         return ""
-    x_top = max(x for x, _ in points) or 1.0
-    low, high = _decades([y for _, y in points])
-
-    def place(x: float, y: float) -> tuple[float, float]:
-        along, up = x / x_top, (math.log10(y) - low) / (high - low)
-        return LEFT + along * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - up * (HEIGHT - TOP - BOTTOM)
-
-    grid = "".join(_rule(place(0.0, y)[1], y) for y in _ticks(low, high))
-    strokes = "".join(_stroke(line, [place(*p) for p in line.points]) for line in kept)
+    xs, ys = ([point[k] for line in kept for point in line.points] for k in (0, 1))
+    x_axis, y_axis = axis(xs, log_x), axis(ys, log_y)
+    strokes = "".join(_stroke(line, [_place(x_axis, y_axis, *point) for point in line.points]) for line in kept)
+    names = escape(f"{y_label} against {x_label}")
     return (
-        f'<svg class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(y_label)} against {escape(x_label)}">'
-        f'{grid}{strokes}<text x="{LEFT}" y="{HEIGHT - 22}">0</text>'
-        f'<text x="{WIDTH - RIGHT}" y="{HEIGHT - 22}" text-anchor="end">{x_top:,.4g}</text>'
-        f'<text x="{(LEFT + WIDTH - RIGHT) / 2}" y="{HEIGHT - 4}" text-anchor="middle">{escape(x_label)}</text></svg>'
+        f'<svg class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{names}">{_grid(x_axis, y_axis)}{strokes}'
+        f'<text x="0" y="18">{escape(y_label)}</text>'
+        f'<text x="{WIDTH - RIGHT}" y="{HEIGHT - 6}" text-anchor="end">{escape(x_label)}</text></svg>'
     )
 
 
-def _decades(values: Sequence[float]) -> tuple[float, float]:
-    """The y axis' ends as powers of ten, with a little room."""
-    low, high = math.log10(min(values)), math.log10(max(values))
-    room = max(0.05 * (high - low), 0.05)
-    return low - room, high + room
+def _place(x_axis: Axis, y_axis: Axis, x: float, y: float) -> tuple[float, float]:
+    return LEFT + x_axis.along(x) * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - y_axis.along(y) * (HEIGHT - TOP - BOTTOM)
 
 
-def _ticks(low: float, high: float) -> list[float]:
-    """1, 2 and 5 times powers of ten between the ends; only the powers where that would be crowded."""
-    steps = (1, 2, 5) if high - low < 2.5 else (1,)
-    every = [step * 10.0**decade for decade in range(math.floor(low), math.ceil(high) + 1) for step in steps]
-    return [y for y in every if low <= math.log10(y) <= high]
-
-
-def _rule(y: float, value: float) -> str:
-    label = f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>'
-    return f'<path class="grid" d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>{label}'
+def _grid(x_axis: Axis, y_axis: Axis) -> str:
+    bottom, parts = HEIGHT - BOTTOM, []
+    for value in y_axis.ticks():
+        y = bottom - y_axis.along(value) * (bottom - TOP)
+        parts.append(f'<path class="grid" d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>')
+        parts.append(f'<text x="{LEFT - 8}" y="{y + 5:.1f}" text-anchor="end">{value:.4g}</text>')
+    for value in x_axis.ticks():
+        x = LEFT + x_axis.along(value) * (WIDTH - LEFT - RIGHT)
+        parts.append(
+            f'<path class="grid" d="M{x:.1f} {bottom}v5"/><text x="{x:.1f}" y="{bottom + 23}" text-anchor="middle">{value:.4g}</text>'
+        )
+    return "".join(parts)
 
 
 def _stroke(line: Line, points: Sequence[tuple[float, float]]) -> str:

@@ -18,12 +18,11 @@ class Cell(NamedTuple):
 
 def rows(results: Results, scene: str) -> Iterator[tuple[Summary, list[Cell]]]:
     """Each method's cells under `HEADS`. Ratios are left out where the baseline has no finished run on the scene."""
-    summaries = results.summaries(scene)
-    base = next((s for s in summaries if s.method == results.baseline), None)
-    for summary in summaries:
+    base = results.base(scene)
+    for summary in results.summaries(scene):
         cells = [_error(summary, base, measure) for measure in MEASURES]
         cells.append(Cell(times(equal_time(summary, base)) if base else ""))
-        cells += [_cell(summary.seconds), Cell(f"{summary.learning:.0%}"), Cell(f"{summary.megarays:.2f}")]
+        cells += [_cell(summary.seconds), _learning(summary), Cell(f"{summary.megarays:.2f}")]
         yield summary, cells
 
 
@@ -32,8 +31,20 @@ def _error(summary: Summary, base: Summary | None, measure: str) -> Cell:
     return _cell(value, times(ratio(value.mean, base.errors[measure].mean)) if base else "")
 
 
+def _learning(summary: Summary) -> Cell:
+    """The share of the time that went into learning; below, of that training and inference where the guide tells them apart."""
+    train, infer = summary.share("train_seconds"), summary.share("infer_seconds")
+    parts = (f"{train:.0%} +", f"{infer:.0%}") if train or infer else ()
+    return Cell(f"{summary.share('learn_seconds'):.0%}", *parts)
+
+
 def _cell(value: Estimate, versus: str = "") -> Cell:
-    return Cell(f"{value.mean:.4g}", "" if value.margin is None else f"±{value.margin:.1g}", versus)
+    return Cell(f"{value.mean:.4g}", margin(value), versus)
+
+
+def margin(value: Estimate) -> str:
+    """Half the 95 % interval to one digit, as in "±0.003" or "±20"; empty where there is none."""
+    return "" if value.margin is None else f"±{float(f'{value.margin:.1g}'):g}"
 
 
 def equal_time(summary: Summary, base: Summary) -> float:

@@ -28,14 +28,14 @@ class Progress:
             self._bars.stop()
 
     def note(self, text: str) -> None:
-        """A line that stays."""
-        self.console.print(text, markup=False)
+        """A line that stays; one line, too, where it goes into a file."""
+        self.console.print(text, markup=False, soft_wrap=True)
 
     @contextmanager
-    def bar(self, description: str, total: int) -> Iterator[Callable[[float], None]]:
-        """A bar for the length of the block; call what it yields with the number done so far."""
+    def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
+        """A bar for the length of the block; call what it yields with the number done so far, and with `total` or `description` anew."""
         task = self._bars.add_task(description, total=total)
         try:
-            yield lambda done: self._bars.update(task, completed=done)
+            yield lambda done, **anew: self._bars.update(task, completed=done, **anew)
         finally:
             self._bars.remove_task(task)

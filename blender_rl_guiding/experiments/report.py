@@ -1,28 +1,31 @@
-"""What an experiment's folder tells: report.html and table.csv in it, and the same summary for the terminal."""
+"""What an experiment's folder tells: a page, tables and figures in it, and the same summary for the terminal."""
 
 from pathlib import Path
 
 from rich import box
+from rich.console import Console
 from rich.markup import escape
+from rich.measure import Measurement
 from rich.table import Table
 
 from ..errors import atomic
-from . import numbers
+from . import figures, numbers
+from .latex import latex
 from .page import page
 from .results import load, table
 
 
 def write(folder: Path) -> Path:
-    """Make `report.html` and `table.csv` from the run folders alone; returns the page's path.
+    """Make `report.html`, `table.csv`, `table.tex` and `figures` from the run folders alone; returns the page's path.
 
     InputError on a damaged folder, with nothing written; unfinished runs are listed as missing.
     """
     results = load(folder)
-    html, rows = page(results), table(results)
-    with atomic(folder / "table.csv") as part:
-        part.write_text(rows, encoding="utf-8")
-    with atomic(folder / "report.html") as part:
-        part.write_text(html, encoding="utf-8")
+    texts = {"report.html": page(results), "table.csv": table(results), "table.tex": latex(results)}
+    for name, text in texts.items():
+        with atomic(folder / name) as part:
+            part.write_text(text, encoding="utf-8")
+    figures.write(results)
     return folder / "report.html"
 
 
@@ -40,6 +43,14 @@ def text_table(folder: Path) -> Table:
             out.add_row(f"  {escape(summary.method)}", *map(_lines, cells))
         out.add_section()
     return out
+
+
+def show(folder: Path, console: Console) -> None:
+    """Print the summary, as wide as it is: on a narrow terminal lines break, but no number is cut."""
+    summary = text_table(folder)
+    width = Measurement.get(console, console.options.update(width=1000), summary).maximum
+    console.width = max(width, console.width)
+    console.print(summary)
 
 
 def _lines(cell: numbers.Cell) -> str:

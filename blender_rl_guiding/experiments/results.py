@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from ..errors import InputError
 
 MEASURES = ("mape_display", "mape", "relmse", "flip")
-COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "rays", *MEASURES)
+COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *MEASURES)
 # 97.5 % quantiles of Student's t for 1..9 degrees of freedom; from 10 on, the series in `_student` has four digits.
 _T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216)
 
@@ -36,6 +36,17 @@ class Run:
     machine: dict[str, Any]
     versions: dict[str, Any]
     curve: list[dict[str, Any]]
+    losses: list[float]  # one for each training step
+
+    @property
+    def train_seconds(self) -> float:
+        """The part of `learn_seconds` that went into training, as far as the guide tells it apart."""
+        return sum(entry.get("train_seconds", 0.0) for entry in self.curve)
+
+    @property
+    def infer_seconds(self) -> float:
+        """The part of `learn_seconds` that went into laying out directions, as far as the guide tells it apart."""
+        return sum(entry.get("infer_seconds", 0.0) for entry in self.curve)
 
     @property
     def row(self) -> list[Any]:
@@ -67,10 +78,9 @@ class Summary:
         """Time of one render, learning included."""
         return estimate([run.seconds for run in self.runs])
 
-    @property
-    def learning(self) -> float:
-        """Share of the time that went into learning, 0..1."""
-        return sum(run.learn_seconds for run in self.runs) / sum(run.seconds for run in self.runs)
+    def share(self, part: str) -> float:
+        """Share of the time that went into a part of learning, 0..1: "learn_seconds", "train_seconds" or "infer_seconds"."""
+        return sum(getattr(run, part) for run in self.runs) / sum(run.seconds for run in self.runs)
 
     @property
     def megarays(self) -> float:
@@ -83,12 +93,17 @@ class Results:
     """All that an experiment's folder holds."""
 
     folder: Path
+    name: str  # in the catalogue; empty for one that is not from there
     scenes: tuple[str, ...]
     methods: tuple[str, ...]
     baseline: str
     command: str
     runs: tuple[Run, ...]
     missing: tuple[str, ...]  # what was asked for and is not there, as "scene/method/seed-n"
+
+    def base(self, scene: str) -> Summary | None:
+        """The baseline's summary, if it has a finished run on the scene."""
+        return next((s for s in self.summaries(scene) if s.method == self.baseline), None)
 
     def summaries(self, scene: str) -> list[Summary]:
         """One for each method that has runs on the scene, in the experiment's order."""
@@ -105,6 +120,7 @@ def load(folder: Path) -> Results:
     try:
         scenes, methods = tuple(map(str, plan["scenes"])), tuple(map(str, plan["methods"]))
         seeds, baseline, command = sorted(map(int, plan["seeds"])), str(plan["baseline"]), str(plan["command"])
+        name = str(plan.get("name", ""))
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{folder / 'experiment.json'}: not an experiment, or damaged ({error})") from error
     if baseline not in methods:
@@ -116,7 +132,7 @@ def load(folder: Path) -> Results:
         raise InputError(f"{folder}: no run of the experiment is finished")
     runs = tuple(_run(folder.joinpath(*place), *place[:2]) for place in there)
     missing = tuple("/".join(place) for place in places if place not in there)
-    return Results(folder, scenes, methods, baseline, command, runs, missing)
+    return Results(folder, name, scenes, methods, baseline, command, runs, missing)
 
 
 def _read_json(path: Path) -> Any:
@@ -146,6 +162,7 @@ def _run(folder: Path, scene: str, method: str) -> Run:
             machine=dict(data["machine"]),
             versions=dict(data["versions"]),
             curve=list(data.get("curve") or ()),
+            losses=list(map(float, data.get("losses") or ())),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not a result, or damaged ({type(error).__name__}: {error})") from error
@@ -176,6 +193,14 @@ def ratio(ours: float, theirs: float) -> float:
     if ours == theirs:
         return 1.0
     return ours / theirs if theirs else math.inf
+
+
+def ratio_of(ours: Estimate, theirs: Estimate) -> Estimate:
+    """Our mean over theirs; the margin as if both errors were independent, to first order."""
+    mean = ratio(ours.mean, theirs.mean)
+    if ours.margin is None or theirs.margin is None or not (ours.mean and theirs.mean):
+        return Estimate(mean, None)
+    return Estimate(mean, mean * math.hypot(ours.margin / ours.mean, theirs.margin / theirs.mean))
 
 
 def geometric_mean(values: Iterable[float]) -> float:

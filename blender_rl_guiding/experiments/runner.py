@@ -1,7 +1,7 @@
-"""Runs an experiment: scenes x methods x seeds, each run in a folder of its own; what is done already is skipped."""
+"""Runs experiments: scenes x methods x seeds, each run in a folder of its own; what is done already is skipped."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,92 +9,118 @@ import numpy as np
 
 from ..errors import InputError, atomic
 from ..images import write_exr
-from ..metrics import compare
-from ..render import render, warm_up
+from ..render import warm_up
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
+from .forecast import Forecast
+from .pool import perform_all
 from .progress import Progress
 from .references import reference
-from .runs import is_done, judge_again, save_run
+from .runs import is_done, judge_again
+from .tasks import Outcome, Task
 
 
 @dataclass(frozen=True)
 class Experiment:
     """What is compared; the first method is the baseline."""
 
+    folder: Path
     scenes: tuple[SceneData, ...]
     methods: dict[str, Render]  # by name
     seeds: tuple[int, ...]
     reference_spp: int
     command: str  # how it was started, for the report
+    name: str = ""  # in the catalogue; empty for one that is not from there
 
 
-def run(experiment: Experiment, folder: Path, machine: Machine, progress: Progress) -> None:
-    """Bring the experiment's folder up to date. Interrupted, it keeps every finished run, and the next call goes on from there."""
-    _describe(experiment, folder)
-    if not all(is_done(place, scene, settings) for scene in experiment.scenes for _, place, settings in _tasks(experiment, scene, folder)):
-        compile_kernels(experiment, machine, progress)
-    total = len(experiment.scenes) * len(experiment.seeds) * len(experiment.methods)
-    with progress.bar("runs", total) as advance:
-        done = 0
-        for scene in experiment.scenes:
-            truth = _reference(scene, experiment, folder, machine, progress)
-            for name, place, settings in _tasks(experiment, scene, folder):
-                _run(place, scene, name, settings, truth, machine, progress)
-                advance(done := done + 1)
+def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress: Progress) -> int:
+    """Bring the experiments' folders up to date, `jobs` runs at a time; returns how many runs failed.
+
+    Each failure is noted in a line. Interrupted, the folders keep every finished run, and the next call goes on from there.
+    """
+    for experiment in experiments:
+        _describe(experiment)
+    places = (place for experiment in experiments for place in _places(experiment))
+    if not all(is_done(folder, scene, settings) for scene, _, folder, settings in places):
+        _compile_kernels(experiments, machine, progress)
+    due: list[Task] = []
+    for experiment in experiments:
+        due += _due(experiment, machine, progress)
+    return _perform(due, machine, jobs, progress)
 
 
-def _tasks(experiment: Experiment, scene: SceneData, folder: Path) -> Iterator[tuple[str, Path, Render]]:
-    """Method, folder and settings of each run; a seed is done by all methods before the next, so that an early report is fair."""
-    for seed in experiment.seeds:
-        for name, method in experiment.methods.items():
-            settings = replace(method, seed=seed)
-            yield name, folder / scene.name / name / f"seed-{seed}", settings
+def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progress) -> int:
+    forecast, failed = Forecast(due, jobs), 0
+    with progress.bar("runs", forecast.total) as advance:
+
+        def on_share(task: Task, share: float) -> None:
+            forecast.share(task, share)
+            advance(forecast.done, total=forecast.total, description=task.label)
+
+        def on_end(task: Task, outcome: Outcome) -> None:
+            nonlocal failed
+            failed += outcome.seconds is None
+            forecast.end(task, outcome)
+            progress.note(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
+
+        perform_all(due, machine, jobs, on_share, on_end)
+    return failed
 
 
-def compile_kernels(experiment: Experiment, machine: Machine, progress: Progress) -> None:
-    """Have all code compiled before anything is timed."""
-    guides = {type(settings.guide): settings.guide for settings in experiment.methods.values()}
+def _places(experiment: Experiment) -> Iterator[tuple[SceneData, str, Path, Render]]:
+    """Scene, method, folder and settings of each run; a seed is done by all methods before the next, so that an early report is fair."""
+    for scene in experiment.scenes:
+        for seed in experiment.seeds:
+            for name, method in experiment.methods.items():
+                yield scene, name, experiment.folder / scene.name / name / f"seed-{seed}", replace(method, seed=seed)
+
+
+def _due(experiment: Experiment, machine: Machine, progress: Progress) -> list[Task]:
+    """The runs that are not done yet. Those that are get judged by the reference as it is now."""
+    truths = {scene.name: _reference(scene, experiment, machine, progress) for scene in experiment.scenes}
+    due = []
+    for scene, method, folder, settings in _places(experiment):
+        task = Task(folder, scene, truths[scene.name], method, settings)
+        if is_done(folder, scene, settings):
+            judge_again(folder, task.truth)
+            progress.note(f"{task.label}: done before")
+        else:
+            due.append(task)
+    return due
+
+
+def _compile_kernels(experiments: Sequence[Experiment], machine: Machine, progress: Progress) -> None:
+    """Have all code compiled before anything is timed, and before processes start that would each compile it."""
+    methods = (settings for experiment in experiments for settings in experiment.methods.values())
+    guides = {type(settings.guide): settings.guide for settings in methods}
     with progress.bar("compiling kernels (once after an update)", len(guides) + 1) as advance:
         for done, guide in enumerate([BSDF(), *guides.values()]):
             warm_up(guide, machine)
             advance(done + 1)
 
 
-def _describe(experiment: Experiment, folder: Path) -> None:
+def _describe(experiment: Experiment) -> None:
     names = [scene.name for scene in experiment.scenes]
     if doubles := {name for name in names if names.count(name) > 1}:
         raise InputError(f"two scenes are called {min(doubles)!r}: their results would share a folder")
     plan = {
+        "name": experiment.name,
         "scenes": names,
         "methods": list(experiment.methods),
         "seeds": list(experiment.seeds),
         "baseline": next(iter(experiment.methods)),
         "command": experiment.command,
     }
-    with atomic(folder / "experiment.json") as part:
+    with atomic(experiment.folder / "experiment.json") as part:
         part.write_text(json.dumps(plan, indent=1), encoding="utf-8")
 
 
-def _reference(scene: SceneData, experiment: Experiment, folder: Path, machine: Machine, progress: Progress) -> np.ndarray:
+def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> np.ndarray:
     bounces = {settings.max_bounces for settings in experiment.methods.values()}
     if len(bounces) > 1:
         raise InputError(f"the methods trace paths of different lengths ({sorted(bounces)} bounces): they have no common reference")
     progress.note(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time")
     with progress.bar(f"{scene.name}: reference", 1) as advance:
         truth = reference(scene, bounces.pop(), experiment.reference_spp, machine, advance)
-    write_exr(folder / scene.name / "reference.exr", truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
+    write_exr(experiment.folder / scene.name / "reference.exr", truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
     return truth
-
-
-def _run(folder: Path, scene: SceneData, name: str, settings: Render, truth: np.ndarray, machine: Machine, progress: Progress) -> None:
-    label = f"{scene.name} {name} seed {settings.seed}"
-    if is_done(folder, scene, settings):
-        judge_again(folder, truth)
-        progress.note(f"{label}: done before")
-        return
-    with progress.bar(label, settings.spp) as advance:
-        result = render(scene, settings, machine, lambda state: advance(state.film.samples))
-    metrics = compare(result.image, truth)
-    save_run(folder, scene, name, settings, machine, result, metrics)
-    progress.note(f"{label}: {result.seconds:.1f} s, mape_display {metrics['mape_display']:.4f}")

@@ -6,7 +6,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
 from .. import __version__
@@ -47,6 +46,7 @@ def save_run(
         "machine": to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
         "versions": _versions(),
         "curve": result.curve,
+        "losses": [float(f"{loss:.5g}") for loss in result.losses],
     }
     _write_json(folder / "result.json", values)
 
@@ -79,7 +79,7 @@ def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
 
 
 def judge_again(folder: Path, truth: np.ndarray) -> None:
-    """Bring a finished run's metrics up to date: the reference may have got better since."""
+    """Bring a finished run's metrics up to date: the reference may have got better since. Its curve's errors stay as they were judged."""
     path = folder / "result.json"
     values = json.loads(path.read_text(encoding="utf-8"))
     metrics = compare(read_exr(folder / "image.exr")[0], truth)
@@ -93,7 +93,5 @@ def _write_json(path: Path, values: dict[str, Any]) -> None:
 
 
 def _versions() -> dict[str, str]:
-    packages = ("numpy", "torch", "embreex")
-    return {"blender_rl_guiding": __version__, "python": platform.python_version(), "numba": numba.__version__} | {
-        name: metadata.version(name) for name in packages
-    }
+    packages = ("numpy", "torch", "embreex", "numba")
+    return {"blender_rl_guiding": __version__, "python": platform.python_version()} | {name: metadata.version(name) for name in packages}

@@ -35,10 +35,10 @@ class Guide(Protocol):
         ...
 
     def learn(self, transitions: Transitions) -> dict[str, Any]:
-        """Learn from a pass; returns what a learning curve shows.
+        """Learn from a pass; returns numbers for the pass's entry in the learning curve, and "losses", a list, which may be missing.
 
-        That is "loss", the mean over the pass; if known "losses", one for each training step; "train_seconds" and "infer_seconds", which
-        laying out the directions takes; and numbers of the guide's own.
+        "loss": the mean over the pass; "losses": one of each training step, unless the pass was the step; "train_seconds" and
+        "infer_seconds": how long training took, and laying out directions for the next pass.
         """
         ...
 

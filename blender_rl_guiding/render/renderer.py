@@ -9,14 +9,14 @@ import numpy as np
 from ..guiding import make_guide
 from ..scene.data import SceneData
 from ..scene.description import IDENTITY, Bounces, Camera, Closure, Instruction, Node, Shader
-from ..settings import DQN, Machine, Render
+from ..settings import DQN, Machine, QTable, Render
 from ..settings import Guide as GuideSettings
 from .film import Film
 from .passes import PassTracer
 from .stage import wants_passes
 
-PATHS_PER_PASS = 1 << 20  # about: how long a pass of a guide that does not learn takes
-CHECKED_EVERY = 4  # samples between two looks at the clock or the noise
+PATHS_PER_PASS = 1 << 20  # at most, of a guide that does not learn
+CHECKED_EVERY = 4  # samples between two looks at the clock or the noise, at most
 LEAST_SAMPLES = 16  # before the noise of a pixel is believed
 
 
@@ -29,6 +29,7 @@ class Result:
     learn_seconds: float = 0.0
     rays: int = 0  # closest-hit and shadow rays
     curve: list[dict[str, float]] = field(default_factory=list)  # one entry a pass: samples, seconds, loss, ...
+    losses: list[float] = field(default_factory=list)  # one for each training step
     finished: bool = False  # whether it ended as its settings say
 
     @property
@@ -45,7 +46,8 @@ def render(
 ) -> Result:
     """Render a scene. Scene, settings and the machine's floating-point unit decide every bit of the image; `machine` does not.
 
-    `on_pass` is called after every pass with the state so far; what it raises ends the render at once.
+    `on_pass` is called after every pass with the state so far, and may add to the curve's last entry; its time does not count. What it
+    raises ends the render at once.
     """
     guide = make_guide(settings.guide, scene, settings.seed)
     tracer = PassTracer(scene, settings, machine, learning=guide.wanted() > 0)
@@ -60,9 +62,11 @@ def render(
         scalars = guide.learn(transitions) if first + count < settings.spp else {}
         result.learn_seconds += time.perf_counter() - learning
         result.seconds = time.perf_counter() - start
+        result.losses += scalars.pop("losses", [scalars["loss"]] if "loss" in scalars else [])
         result.curve.append({"samples": film.samples, "seconds": result.seconds} | scalars)
         if on_pass:
             on_pass(result)
+            start = time.perf_counter() - result.seconds
         if settings.noise and film.samples >= LEAST_SAMPLES:
             pixels = _noisy(film, settings.noise)
         if not len(pixels) or 0 < settings.seconds <= result.seconds:
@@ -72,11 +76,19 @@ def render(
 
 
 def _rounds(settings: Render, pixels: int, learning: bool) -> Iterator[tuple[int, int]]:
-    """(first sample, samples) of each pass: short ones where something has to be decided between them."""
-    count = 1 if learning else max(1, min(PATHS_PER_PASS // pixels, settings.spp))
+    """(first sample, samples) of each pass: one sample each to learn from, or as many as there are already, up to a power of two.
+
+    So every power of two, where error curves want a point, ends a pass.
+    """
+    most = 1 if learning else max(1, PATHS_PER_PASS // pixels)
     if settings.noise or settings.seconds:
-        count = min(count, CHECKED_EVERY)
-    return ((first, min(count, settings.spp - first)) for first in range(0, settings.spp, count))
+        most = min(most, CHECKED_EVERY)
+    most = 1 << (most.bit_length() - 1)
+    first = 0
+    while first < settings.spp:
+        count = min(max(first, 1), most, settings.spp - first)
+        yield first, count
+        first += count
 
 
 def _noisy(film: Film, threshold: float) -> np.ndarray:
@@ -88,7 +100,9 @@ def _noisy(film: Film, threshold: float) -> np.ndarray:
 
 def warm_up(guide: GuideSettings, machine: Machine) -> None:
     """Compile or load every kernel that a render with such a guide needs, and import what it needs: nothing timed should include it."""
-    if isinstance(guide, DQN):
+    if isinstance(guide, QTable):
+        guide = QTable(rows=1, columns=2)
+    elif isinstance(guide, DQN):
         guide = DQN(layers=1, width=1, rows=1, columns=2, learning_starts=1, batch=2, first_steps=1, steps=1)
     render(_tiny_scene(), Render(spp=3, nee=True, max_bounces=2, guide=guide), machine)
 

@@ -89,6 +89,11 @@ class SceneData:
         for texture in self.textures:
             texture.texels.setflags(write=False)
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # What another process sent must be as the original: kernels are compiled for arrays that cannot be written to.
+        self.__dict__.update(state)
+        self.__post_init__()
+
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest corner of the box around the scene, (3,) float32 each."""

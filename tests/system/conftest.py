@@ -84,12 +84,13 @@ def rlg_process(compiled: None) -> Run:
 def interrupted(compiled: None) -> Callable[..., tuple[int, float, str]]:
     """`rlg` with arguments, sent SIGINT when it comes to `moment` ("module:class:function") for the `nth` time.
 
-    Returns its status, the seconds that it took to end, and what it said on stderr.
+    Returns its status, the seconds until it and all its children had ended, and what they said on stderr. With `group` the children
+    are sent SIGINT, too, as a terminal does.
     """
 
-    def run(moment: str, nth: int, *arguments: object, after: float = 0.05) -> tuple[int, float, str]:
-        command = [sys.executable, "-c", TELLING, moment, *map(str, arguments)]
-        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    def run(moment: str, nth: int, *arguments: object, after: float = 0.05, group: bool = False) -> tuple[int, float, str]:
+        command, pipe = [sys.executable, "-c", TELLING, moment, *map(str, arguments)], subprocess.PIPE
+        with subprocess.Popen(command, cwd=ROOT, stdout=pipe, stderr=pipe, text=True, start_new_session=group) as process:
             assert process.stdout
             seen = 0
             while seen < nth:
@@ -98,7 +99,7 @@ def interrupted(compiled: None) -> Callable[..., tuple[int, float, str]]:
                 seen += line == "now\n"
             time.sleep(after)
             start = time.monotonic()
-            process.send_signal(signal.SIGINT)
+            os.killpg(process.pid, signal.SIGINT) if group else process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=60)
             return process.returncode, time.monotonic() - start, said
 

@@ -57,7 +57,7 @@ def test_passes_and_a_denoised_image_are_written_beside_the_image(rlg, tmp_path)
     assert relmse(quiet, truth) < 0.3 * relmse(image, truth)
 
 
-@pytest.mark.parametrize(("flags", "spp"), [(["--seconds", 1e-6], 4), (["--noise", 1.0], 16)])
+@pytest.mark.parametrize(("flags", "spp"), [(["--seconds", 1e-6], 1), (["--noise", 1.0], 16)])
 def test_a_render_may_end_before_its_samples_and_is_finished(rlg, bundle, tmp_path, flags, spp):
     assert rlg("render", bundle, "--out", tmp_path / "out", "--spp", 1000, *flags).returncode == 0
     result = json.loads((tmp_path / "out" / "result.json").read_text())
@@ -142,11 +142,14 @@ BAD = {
     "range.json: render.spp=-3": [*RENDER, "--settings", "{here}/range.json"],
     "broken.json: ": [*RENDER, "--settings", "{here}/broken.json"],
     "none.json: No such file": [*RENDER, "--settings", "{here}/none.json"],
-    "'qtable'": [*COMPARE, "bsdf,qtable"],
+    "'sarsa'": [*COMPARE, "bsdf,sarsa"],
     "method ''": [*COMPARE, ""],
     "method '' ": [*COMPARE, "bsdf,"],
     "'bsdf' twice": [*COMPARE, "bsdf,uniform,bsdf"],
     "--seeds: 0": [*COMPARE, "bsdf", "--seeds", "0"],
+    "--jobs: 0": [*COMPARE, "bsdf", "--jobs", "0"],
+    "no experiment is called 'slides-d'; there are slides-a,": ["sweep", "slides-a", "slides-d", "--out", "{out}"],
+    "no scene a1.blend or a1.npz in {here}": ["sweep", "slides-depth", "--scenes", "{here}", "--out", "{out}"],
     "--reference-spp: -1": [*COMPARE, "bsdf", "--reference-spp", "-1"],
     "--dqn.width concerns none of": [*COMPARE, "bsdf,uniform", "--dqn.width", "8"],
     "cannot write to {here}/file/x: ": ["render", "{bundle}", "--out", "{here}/file/x"],

@@ -2,11 +2,14 @@
 
 import csv
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from blender_rl_guiding.experiments.results import COLUMNS
+from blender_rl_guiding.scene.bundle import save
+from tests import scenes
 from tests.system.small import SMALL
 
 TIMES = {"seconds", "learn_seconds"}
@@ -27,7 +30,7 @@ def finished(out: Path) -> dict[str, int]:
 def test_an_interrupted_comparison_goes_on(rlg, interrupted, bundle, tmp_path):
     assert rlg("compare", bundle, *COMPARE, "--out", tmp_path / "whole").returncode == 0
     out = tmp_path / "cut"
-    status, seconds, said = interrupted("experiments.runner::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
+    status, seconds, said = interrupted("experiments.tasks::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
     assert (status, seconds < 2) == (130, True), (seconds, said)
     assert said.splitlines()[-1] == "rlg: interrupted"
     before = finished(out)
@@ -74,3 +77,22 @@ def test_a_better_reference_judges_finished_runs_again(rlg, bundle, tmp_path):
     (after,) = table(tmp_path / "out")
     assert after["relmse"] != before["relmse"]
     assert float(after["relmse"]) == pytest.approx(float(before["relmse"]), rel=0.2)
+
+
+def test_an_interrupted_sweep_with_jobs_goes_on(rlg, interrupted, tmp_path):
+    """And is the same as one without jobs."""
+    save(replace(scenes.tiny(8), name="a1"), tmp_path / "a1.npz")
+    sweep = ["sweep", "slides-resolution", "--scenes", tmp_path, "--seeds", 2, "--spp", 3, "--reference-spp", 128]
+    assert rlg(*sweep, "--out", tmp_path / "whole").returncode == 0
+    out = tmp_path / "cut"
+    status, seconds, said = interrupted("experiments.forecast:Forecast:end", 3, *sweep, "--out", out, "--jobs", 2, after=0)
+    assert (status, seconds < 2) == (130, True), (seconds, said)
+    before = finished(out)
+    assert 3 <= len(before) < 10
+    assert not list(out.rglob("report.html"))
+    again = rlg(*sweep, "--out", out, "--jobs", 2)
+    assert again.returncode == 0
+    assert again.stdout.splitlines()[-1] == str(out / "slides-resolution" / "report.html")
+    assert again.stderr.count("done before") == len(before)
+    assert {run: finished(out)[run] for run in before} == before
+    assert table(out / "slides-resolution") == table(tmp_path / "whole" / "slides-resolution")

@@ -2,12 +2,17 @@
 
 import itertools
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from blender_rl_guiding.render import Result, render
-from blender_rl_guiding.render.renderer import CHECKED_EVERY, LEAST_SAMPLES
+from blender_rl_guiding.guiding.base import Transitions
+from blender_rl_guiding.guiding.directions import Directions, one_cell
+from blender_rl_guiding.guiding.dqn import DQNGuide
+from blender_rl_guiding.render import Result, render, renderer
+from blender_rl_guiding.render.passes import PassTracer
+from blender_rl_guiding.render.renderer import LEAST_SAMPLES
 from blender_rl_guiding.scene.description import Closure, Shader
 from blender_rl_guiding.settings import DQN, Machine, Render
 from tests import scenes
@@ -24,12 +29,80 @@ def samples_after(scene, settings: Render) -> tuple[Result, list[float]]:
     return result, told
 
 
-def test_all_samples_are_taken_in_few_passes():
+def test_all_samples_are_taken_in_passes_that_double():
     result, told = samples_after(scenes.tiny(8), Render(spp=100))
-    assert told == [100]
+    assert told == [1, 2, 4, 8, 16, 32, 64, 100]
     assert (result.film.counts == 100).all()
     assert result.finished
     assert result.seconds > 0
+
+
+def test_long_passes_still_end_at_powers_of_two(monkeypatch):
+    monkeypatch.setattr(renderer, "PATHS_PER_PASS", 7 * 8 * 8)
+    assert samples_after(scenes.tiny(8), Render(spp=18))[1] == [1, 2, 4, 8, 12, 16, 18]
+    monkeypatch.setattr(renderer, "PATHS_PER_PASS", 10)  # less than one sample
+    assert samples_after(scenes.tiny(8), Render(spp=3))[1] == [1, 2, 3]
+
+
+class Clock:
+    """Stands in for the module `time`; moves only when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def perf_counter(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += seconds
+
+
+def test_time_counts_tracing_and_learning_and_not_what_the_caller_does(monkeypatch):
+    clock, trace, learn = Clock(), PassTracer.trace, DQNGuide.learn
+    monkeypatch.setattr(renderer, "time", clock)
+    monkeypatch.setattr(PassTracer, "trace", lambda *args: (clock.sleep(1), trace(*args))[1])
+    monkeypatch.setattr(DQNGuide, "learn", lambda *args: (clock.sleep(10), learn(*args))[1])
+    result = render(scenes.tiny(8), Render(spp=3, guide=SMALL), MACHINE, lambda state: clock.sleep(1000))
+    assert [entry["seconds"] for entry in result.curve] == [11, 22, 23]
+    assert (result.seconds, result.learn_seconds) == (23, 20)
+
+
+def test_what_the_caller_does_does_not_use_up_the_time_limit(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(renderer, "time", clock)
+    result = render(scenes.tiny(8), Render(spp=20, seconds=1), MACHINE, lambda state: clock.sleep(1000))
+    assert result.film.samples == 20
+
+
+class Told:
+    """A guide that learns nothing, and tells what it is given to tell."""
+
+    def __init__(self, *told: dict[str, Any]) -> None:
+        self._told = iter(told)
+
+    def directions(self) -> Directions:
+        return one_cell(bsdf_fraction=1.0)
+
+    def wanted(self) -> int:
+        return 10
+
+    def learn(self, transitions: Transitions) -> dict[str, Any]:
+        return next(self._told)
+
+
+def test_losses_of_training_steps_are_gathered_beside_the_curve(monkeypatch):
+    guide = Told({}, {"loss": 2.0, "losses": [3.0, 1.0], "train_seconds": 0.5}, {"loss": 0.5, "losses": [0.5]})
+    monkeypatch.setattr(renderer, "make_guide", lambda *args: guide)
+    result = render(scenes.tiny(8), Render(spp=4), MACHINE)
+    assert result.losses == [3.0, 1.0, 0.5]
+    assert [entry.get("loss") for entry in result.curve] == [None, 2.0, 0.5, None]
+    assert result.curve[1]["train_seconds"] == 0.5
+    assert not any("losses" in entry for entry in result.curve)
+
+
+def test_a_pass_that_tells_one_loss_is_one_step(monkeypatch):
+    monkeypatch.setattr(renderer, "make_guide", lambda *args: Told({"loss": 2.0}, {"loss": 1.0}))
+    assert render(scenes.tiny(8), Render(spp=3), MACHINE).losses == [2.0, 1.0]
 
 
 def test_a_guide_learns_after_every_sample_but_the_last():
@@ -40,9 +113,9 @@ def test_a_guide_learns_after_every_sample_but_the_last():
 
 def test_a_time_limit_ends_the_render_after_a_pass():
     result, told = samples_after(scenes.tiny(8), Render(spp=1000, seconds=1e-6))
-    assert told == [CHECKED_EVERY]
+    assert told == [1]
     assert result.finished
-    assert samples_after(scenes.tiny(8), Render(spp=10, seconds=1e6))[1] == [4, 8, 10]
+    assert samples_after(scenes.tiny(8), Render(spp=10, seconds=1e6))[1] == [1, 2, 4, 8, 10]
 
 
 def half_noisy(size: int = 16):
@@ -68,7 +141,8 @@ def test_a_pixel_is_sampled_until_it_is_quiet():
     result = render(half_noisy(8), settings, MACHINE, lambda state: seen.append((state.film.noise(), state.film.counts.copy())))
     assert LEAST_SAMPLES < result.film.samples < settings.spp
     assert (result.film.noise() <= settings.noise).all()
-    for (noise, counts), (_, later) in itertools.pairwise(seen[LEAST_SAMPLES // CHECKED_EVERY - 1 :]):
+    told = [entry["samples"] for entry in result.curve]
+    for (noise, counts), (_, later) in itertools.pairwise(seen[told.index(LEAST_SAMPLES) :]):
         assert (later > counts)[noise > settings.noise].all()
     unbroken = render(half_noisy(8), replace(settings, noise=0.0, spp=result.film.samples), MACHINE).film
     most = result.film.counts == result.film.samples
@@ -77,7 +151,7 @@ def test_a_pixel_is_sampled_until_it_is_quiet():
 
 def test_a_threshold_that_all_pixels_meet_ends_the_render():
     result, told = samples_after(half_noisy(), Render(spp=64, noise=1.0))
-    assert told == [4, 8, 12, 16]
+    assert told == [1, 2, 4, 8, 12, 16]
     assert result.finished
 
 

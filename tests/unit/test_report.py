@@ -14,13 +14,19 @@ from rich.console import Console
 from scipy.stats import t
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.experiments import charts, pictures, results
-from blender_rl_guiding.experiments.report import text_table, write
+from blender_rl_guiding.experiments import charts, figures, pictures, results
+from blender_rl_guiding.experiments.report import show, text_table, write
 from blender_rl_guiding.images import write_exr
 from blender_rl_guiding.metrics import compare
 
 METHODS = {"uniform": 0.6, "bsdf": 0.3, "dqn": 0.15}
-GUIDE = {"kind": "dqn", "width": 64, "encoder": {"kind": "frequency", "octaves": 8}}
+GUIDE = {"kind": "dqn", "error": "squared", "width": 64, "encoder": {"kind": "frequency", "octaves": 8}}
+
+
+@pytest.fixture(autouse=True)
+def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They take longer than all the rest, and have a test of their own."""
+    monkeypatch.setattr(figures, "write", lambda results: None)
 
 
 def reference(size: int = 24) -> np.ndarray:
@@ -34,24 +40,29 @@ def make_run(folder: Path, method: str, seed: int, noise: float, truth: np.ndarr
     place = folder / method / f"seed-{seed}"
     write_exr(place / "image.exr", image, {})
     learns = method == "dqn"
-    curve = [{"samples": 8 * k, "seconds": 0.1 * k, "loss": None if k < 2 else 2.0 / k + 0.1 * rng.random()} for k in range(1, 20)]
+    errors = [{"samples": 2**k, "seconds": (0.1 + 0.01 * seed) * 2**k, "mape_display": noise / 2**k, "relmse": 0.5**k} for k in range(6)]
+    parts = {"train_seconds": 0.1, "infer_seconds": 0.05} if learns else {}
     result: dict[str, Any] = {
         "scene": folder.name, "scene_key": "ab" * 32, "method": method, "seed": seed, "spp": 32, "resolution": [*truth.shape[1::-1]],
         "seconds": 2.0 + learns + 0.1 * seed, "learn_seconds": 1.0 * learns, "rays": 4_000_000, "metrics": compare(image, truth),
         "settings": {"samples": 32, "nee": False, "seed": seed, "guide": GUIDE if learns else {"kind": method}},
         "machine": {"cpu": "Some <CPU>", "threads": 2}, "versions": {"blender_rl_guiding": "0.1.0"},
     }  # fmt: skip
-    (place / "result.json").write_text(json.dumps(result | ({"curve": curve} if learns else {})))
+    losses = [2.0 / k + 0.1 * rng.random() for k in range(1, 251)] if learns else []
+    (place / "result.json").write_text(json.dumps(result | {"curve": [entry | parts for entry in errors], "losses": losses}))
 
 
-def make_experiment(folder: Path, scenes: tuple[str, ...] = ("c1",), seeds: int = 2, size: int = 24) -> Path:
+def make_experiment(
+    folder: Path, scenes: tuple[str, ...] = ("c1",), seeds: int = 2, size: int = 24, methods: dict[str, float] = METHODS
+) -> Path:
+    """An experiment's folder with images that are the reference times gamma noise; `methods` are its standard deviations."""
     for scene in scenes:
         write_exr(folder / scene / "reference.exr", reference(size), {})
-        for method, noise in METHODS.items():
+        for method, noise in methods.items():
             for seed in range(seeds):
                 make_run(folder / scene, method, seed, noise, reference(size))
     plan = {
-        "methods": [*METHODS],
+        "methods": [*methods],
         "scenes": [*scenes],
         "seeds": [*range(seeds)],
         "baseline": "uniform",
@@ -65,10 +76,13 @@ def test_the_table_has_a_row_for_each_run(tmp_path: Path):
     write(make_experiment(tmp_path, ("c1", "a1"), seeds=2))
     with (tmp_path / "table.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert ",".join(rows[0]) == "scene,method,seed,spp,seconds,learn_seconds,rays,mape_display,mape,relmse,flip"
+    names = "scene,method,seed,spp,seconds,learn_seconds,train_seconds,infer_seconds,rays,mape_display,mape,relmse,flip"
+    assert ",".join(rows[0]) == names
     assert [(r["scene"], r["method"], r["seed"]) for r in rows] == [(s, m, n) for s in ("c1", "a1") for m in METHODS for n in "01"]
     stored = json.loads((tmp_path / "a1" / "dqn" / "seed-1" / "result.json").read_text())
     assert float(rows[-1]["relmse"]) == stored["metrics"]["relmse"]
+    assert float(rows[-1]["train_seconds"]) == pytest.approx(0.6)
+    assert float(rows[-1]["infer_seconds"]) == pytest.approx(0.3)
 
 
 def test_the_page_is_self_contained_escaped_and_has_the_numbers(tmp_path: Path):
@@ -82,8 +96,10 @@ def test_the_page_is_self_contained_escaped_and_has_the_numbers(tmp_path: Path):
     summary = results.load(tmp_path).summaries("c1")[2]
     assert f"{summary.errors['relmse'].mean:.4g}" in page
     assert page.count("<img ") == 4 + 3
+    assert "Beside the slides" not in page
     assert "guide.encoder.octaves" in page
-    assert page.count("<polyline ") == 2
+    assert page.count("<polyline ") == 3 + 3 + 1  # errors over samples and over time, and the loss
+    assert "20% +&ensp;10%" in page  # of 3.05 s
     assert "All scenes" not in page
 
 
@@ -112,6 +128,15 @@ def test_the_terminal_shows_the_same(tmp_path: Path):
     for summary in results.load(tmp_path).summaries("c1"):
         assert f"{summary.errors['flip'].mean:.4g}" in text
     assert "…" not in text
+
+
+def test_no_number_is_cut_on_a_narrow_terminal(tmp_path: Path):
+    make_experiment(tmp_path, methods={"uniform": 0.6, "a_method_with_a_long_name": 0.2})
+    console = Console(width=40)
+    with console.capture() as capture:
+        show(tmp_path, console)
+    assert "…" not in capture.get()
+    assert "a_method_with_a_long_name" in capture.get()
 
 
 def test_unfinished_runs_are_listed_and_left_out(tmp_path: Path):
@@ -221,5 +246,17 @@ def test_the_scale_of_errors_is_round_and_common():
 
 
 def test_a_chart_without_points_is_empty():
-    assert charts.curves([charts.Line("a", "red", [(0, 0.0), (1, float("nan"))])], "x", "y") == ""
-    assert "<polyline" in charts.curves([charts.Line("a", "red", [(1, 2.0)])], "x", "y")
+    line = charts.Line("a", "red", [(0, 0.0), (1, float("nan"))])
+    assert charts.chart([line], "x", "y", log_y=True) == ""
+    assert "<polyline" in charts.chart([line], "x", "y")  # 0 has a place on a linear axis
+    assert charts.chart([line], "x", "y", log_x=True) == ""
+    assert "<polyline" in charts.chart([charts.Line("a", "red", [(1, 2.0)])], "x", "y", log_y=True)
+
+
+def test_points_stand_where_the_ticks_say():
+    linear, log = charts.axis([0.31, 0.52], log=False), charts.axis([0.02, 3.0], log=True)
+    assert linear.ticks() == pytest.approx([0.3, 0.35, 0.4, 0.45, 0.5])
+    assert log.ticks() == pytest.approx([0.02, 0.05, 0.1, 0.2, 0.5, 1, 2])
+    assert log.along(0.2) - log.along(0.02) == pytest.approx(log.along(1) - log.along(0.1))
+    assert linear.along(0.5) - linear.along(0.4) == pytest.approx(0.1 / (0.21 * 1.1))
+    assert charts.axis([0.0], log=False).ticks()

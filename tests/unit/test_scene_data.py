@@ -1,6 +1,7 @@
 """Scene bundles: what is written is read again, and the key follows what the image depends on."""
 
 import io
+import pickle
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,15 @@ def test_round_trip(scene, tmp_path):
         assert_same_array(ours.texels, theirs.texels)
     assert again.key == scene.key
     assert [p.name for p in (tmp_path / "new").iterdir()] == ["scene.npz"]
+
+
+def test_a_scene_sent_to_another_process_is_as_it_was(scene):
+    again = pickle.loads(pickle.dumps(scene))
+    for name in ARRAYS:
+        assert_same_array(getattr(again, name), getattr(scene, name))
+    for ours, theirs in zip(again.textures, scene.textures, strict=True):
+        assert_same_array(ours.texels, theirs.texels)
+    assert again.key == scene.key
 
 
 def assert_same_array(a: np.ndarray, b: np.ndarray) -> None:

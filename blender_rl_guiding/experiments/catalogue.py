@@ -1,0 +1,59 @@
+"""The experiments of the slides by name, as data: which scenes, by which methods. The first method is the baseline."""
+
+from dataclasses import dataclass
+
+from ..errors import InputError
+from ..schema import override
+from ..settings import Render, method
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One experiment; its scenes are files of these names in the folder of scenes."""
+
+    about: str
+    scenes: tuple[str, ...]
+    methods: dict[str, Render]  # by name
+
+
+def _published(group: str, methods: str) -> Entry:
+    """The slides' scenes of a group and methods on them, with what they leave out: the honest baseline, a table, and our best."""
+    names = [
+        "uniform",
+        "bsdf",
+        "bsdf_nee",
+        *(f"slides_{group}_{name}" for name in methods.split()),
+        "qtable",
+        "recommended",
+        "recommended_nee",
+    ]
+    scenes = tuple(f"{group}{k}" for k in (1, 2, 3))
+    return Entry(f"Experiment {group.upper()} of the slides", scenes, {name: method(name) for name in names})
+
+
+def _varied(about: str, variants: dict[str, dict[str, int]]) -> Entry:
+    """Variants of the slides' network in experiment A on scene a1; what counts is the loss while it learns."""
+    base = method("slides_a_pos")
+    learners = {name: override(base, {f"dqn.{key}": value for key, value in changes.items()}) for name, changes in variants.items()}
+    return Entry(about, ("a1",), {"uniform": method("uniform")} | learners)
+
+
+CATALOGUE = {
+    "slides-a": _published("a", "dqn pos"),
+    "slides-b": _published("b", "cdqn rbf"),
+    "slides-c": _published("c", "dqn rbf bspline"),
+    "slides-depth": _varied("Loss by depth", {f"{n}_layers": {"layers": n, "width": 100} for n in (2, 4, 6, 8)}),
+    "slides-width": _varied("Loss by width", {f"{n}_neurons": {"layers": 2, "width": n} for n in (100, 200, 500, 1000)}),
+    "slides-resolution": _varied(
+        "Loss by resolution", {f"{r}x{c}_patches": {"rows": r, "columns": c} for r, c in ((4, 6), (6, 8), (9, 12), (15, 20))}
+    ),
+}
+LOSS_FIRST = ("slides-depth", "slides-width", "slides-resolution")  # whose main picture is the loss
+
+
+def chosen(names: list[str]) -> list[str]:
+    """The experiments that the names stand for, each once; "all" is every one. InputError on a name that is not there."""
+    for name in names:
+        if name not in (*CATALOGUE, "all"):
+            raise InputError(f"no experiment is called {name!r}; there are {', '.join(CATALOGUE)} and all")
+    return list(CATALOGUE) if "all" in names else list(dict.fromkeys(names))

@@ -1,0 +1,87 @@
+"""What runs recorded on their way, as lines: means over the seeds of a method."""
+
+import statistics
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+from .results import Results, Run, Summary
+
+Points = list[tuple[float, float]]
+MOST_POINTS = 50  # in a line of losses: each is the mean of some training steps, or the noise hides the line
+
+
+class Plot(NamedTuple):
+    """One chart, as the page and the figures for papers draw it."""
+
+    name: str  # as part of a file's
+    x_label: str
+    y_label: str
+    log_x: bool
+    log_y: bool
+    lines: list[tuple[str, Points]]  # by method; never without points
+
+
+def error_plots(results: Results, scene: str) -> list[Plot]:
+    """mape_display over samples as the slides have it, and relMSE over time; empty where no run recorded them."""
+    found = results.summaries(scene)
+    by_samples = _lines(found, lambda summary: over_samples(summary, "mape_display"))
+    by_time = _lines(found, lambda summary: over_seconds(summary, "relmse"))
+    plots = [
+        Plot("mape", "samples per pixel", "mape_display", False, True, by_samples),
+        Plot("relmse-time", "seconds, learning included", "relmse", True, True, by_time),
+    ]
+    return [plot for plot in plots if plot.lines]
+
+
+def loss_plots(results: Results, scene: str) -> list[Plot]:
+    """Losses over training steps, a plot for each kind of loss; empty where nothing learnt."""
+    return [
+        Plot(f"loss-{unit.replace(' ', '-')}", "training steps", unit, False, False, _lines(found, losses))
+        for unit, found in by_loss(results, scene).items()
+    ]
+
+
+def _lines(found: Iterable[Summary], points: Callable[[Summary], Points]) -> list[tuple[str, Points]]:
+    return [(summary.method, line) for summary in found if (line := points(summary))]
+
+
+def over_samples(summary: Summary, measure: str) -> Points:
+    """(samples per pixel, error), at the samples that every seed was judged at."""
+    return [(samples, error) for samples, _, error in _judged(summary, measure)]
+
+
+def over_seconds(summary: Summary, measure: str) -> Points:
+    """(seconds of rendering and learning, error), at the samples that every seed was judged at."""
+    return [(seconds, error) for _, seconds, error in _judged(summary, measure)]
+
+
+def _judged(summary: Summary, measure: str) -> Iterator[tuple[float, float, float]]:
+    """(samples, mean seconds, mean error)."""
+    entries = [{entry["samples"]: entry for entry in run.curve if measure in entry} for run in summary.runs]
+    for samples in sorted(set.intersection(*map(set, entries))):
+        at = [seed[samples] for seed in entries]
+        yield samples, statistics.fmean(entry["seconds"] for entry in at), statistics.fmean(entry[measure] for entry in at)
+
+
+def losses(summary: Summary) -> Points:
+    """(training steps, mean loss of a few steps), as long as every seed learnt."""
+    means = [statistics.fmean(step) for step in zip(*(run.losses for run in summary.runs), strict=False)]
+    stride = -(-len(means) // MOST_POINTS) or 1
+    starts = range(0, len(means), stride)
+    return [(min(start + stride, len(means)), statistics.fmean(means[start : start + stride])) for start in starts]
+
+
+def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
+    """The methods that learnt, grouped by what their loss measures: only losses of one kind can be compared."""
+    groups: dict[str, list[Summary]] = {}
+    for summary in results.summaries(scene):
+        if all(run.losses for run in summary.runs):
+            groups.setdefault(_unit(summary.runs[0]), []).append(summary)
+    return groups
+
+
+def _unit(run: Run) -> str:
+    """What a loss measures. With NEE what is learnt is less: the lights are left out."""
+    guide = run.settings.get("guide", {})
+    error = f"{guide['error']} error" if "error" in guide else f"loss of {guide.get('kind', run.method)}"
+    return error + " of scaled rewards" * bool(guide.get("normalise")) + " with NEE" * bool(run.settings.get("nee"))

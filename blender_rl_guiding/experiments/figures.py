@@ -1,0 +1,75 @@
+"""Figures for papers as PDF and PNG: error curves, losses, and rows of images, on white and in print sizes."""
+
+from collections.abc import Iterator, Sequence
+
+from matplotlib.figure import Figure
+
+from ..errors import atomic
+from ..images import to_display
+from . import curves, page_images
+from .charts import Line, axis, drawable
+from .palette import LIGHT
+from .results import Results
+
+WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
+NAMES_ABREAST = 3  # in a legend
+
+
+def write(results: Results) -> None:
+    """Make every figure of an experiment in its folder `figures`. InputError where one cannot be written."""
+    for scene in results.scenes:
+        for name, figure in _of_scene(results, scene):
+            for suffix in ("pdf", "png"):
+                path = results.folder / "figures" / f"{name}-{scene}.{suffix}"
+                with atomic(path) as part:
+                    figure.savefig(part, dpi=200)
+
+
+def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
+    """Name and figure; without those that would be empty."""
+    if not results.summaries(scene):
+        return
+    yield "images", _images(results, scene)
+    for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):
+        lines = [Line(method, LIGHT[results.methods.index(method) % len(LIGHT)], points) for method, points in plot.lines]
+        if lines := drawable(lines, plot.log_x, plot.log_y):
+            yield plot.name, _chart(lines, plot)
+
+
+def _chart(lines: Sequence[Line], plot: curves.Plot) -> Figure:
+    """The lines on the same axes as in the page, their names above."""
+    legend_height = 0.13 * -(-len(lines) // NAMES_ABREAST) + 0.05
+    figure = Figure((WIDTH, HEIGHT + legend_height))
+    axes = figure.add_subplot(xscale="log" if plot.log_x else "linear", yscale="log" if plot.log_y else "linear")
+    figure.subplots_adjust(left=0.17, right=0.98, bottom=0.4 / (HEIGHT + legend_height), top=HEIGHT / (HEIGHT + legend_height))
+    for line in lines:
+        axes.plot(*zip(*line.points, strict=True), color=line.colour, label=line.name, linewidth=1.3)
+    x_axis, y_axis = (axis([point[k] for line in lines for point in line.points], log) for k, log in ((0, plot.log_x), (1, plot.log_y)))
+    axes.set(xlim=x_axis.ends, ylim=y_axis.ends)
+    axes.set_xticks(x_axis.ticks(), [f"{x:.4g}" for x in x_axis.ticks()])
+    axes.set_yticks(y_axis.ticks(), [f"{y:.4g}" for y in y_axis.ticks()])
+    axes.minorticks_off()
+    axes.set_xlabel(plot.x_label, fontsize=8)
+    axes.set_ylabel(plot.y_label, fontsize=8)
+    axes.tick_params(labelsize=7)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(color="#e4e5e3", linewidth=0.6)
+    names = figure.legend(loc="upper center", ncols=NAMES_ABREAST, fontsize=6, frameon=False, borderpad=0.2, labelspacing=0.2)
+    for text in names.get_texts():
+        text.set_parse_math(False)  # a name is not TeX
+    return figure
+
+
+def _images(results: Results, scene: str) -> Figure:
+    """Reference and methods in a row, each with its mape_display."""
+    reference, shots = page_images.load(results, scene)
+    titled = [("reference", reference), *((f"{run.method}\n{run.metrics['mape_display']:.4f}", image) for run, image in shots)]
+    side, title_height = 1.5, 0.36  # inches
+    height = side * reference.shape[0] / reference.shape[1]
+    figure = Figure((side * len(titled), height + title_height))
+    for k, (title, image) in enumerate(titled):
+        axes = figure.add_axes((k / len(titled), 0, 0.97 / len(titled), height / (height + title_height)))
+        axes.imshow(to_display(image), interpolation="nearest")
+        axes.set_title(title, fontsize=7, pad=3, parse_math=False)
+        axes.axis("off")
+    return figure

@@ -1,0 +1,135 @@
+"""Several runs at a time, each in a process of its own: Numba's threads and torch's have one owner, and a crash is one run's."""
+
+import contextlib
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from multiprocessing.connection import Connection, wait
+from types import TracebackType
+from typing import Self
+
+from ..render import warm_up
+from ..settings import Machine
+from .tasks import Outcome, Task, attempt
+
+PATIENCE = 1.0  # seconds that a child has to leave whole files behind before it is killed
+
+OnShare = Callable[[Task, float], None]
+OnEnd = Callable[[Task, Outcome], None]
+
+
+def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_share: OnShare, on_end: OnEnd) -> None:
+    """Do all runs, `jobs` at a time; with 1 in this process. Both callbacks are called in this process.
+
+    Images do not depend on `jobs`. A run that fails, or whose process dies, ends as an Outcome without seconds, and the others go on.
+    """
+    if jobs == 1:
+        for task in tasks:
+            on_end(task, attempt(task, machine, lambda share, task=task: on_share(task, share)))
+        return
+    waiting = iter(tasks)
+    with _Workers(min(jobs, len(tasks)), replace(machine, threads=threads_each(machine, jobs))) as workers:
+        for worker in workers.all:
+            worker.give(next(waiting))
+        while busy := workers.busy():
+            for pipe in wait(list(busy)):
+                worker = busy[pipe]  # type: ignore[index]  # these are the connections that went in
+                task, told = worker.hear()
+                if not isinstance(told, Outcome):
+                    on_share(task, told)
+                    continue
+                on_end(task, told)
+                if following := next(waiting, None):
+                    workers.lively(worker).give(following)
+
+
+def threads_each(machine: Machine, jobs: int) -> int:
+    """Rendering threads of each of `jobs` processes."""
+    return max(1, (machine.threads or os.cpu_count() or 1) // jobs)
+
+
+class _Worker:
+    """A child that does one run after another, and its end of the pipe."""
+
+    def __init__(self, machine: Machine) -> None:
+        context = multiprocessing.get_context("spawn")  # a fork would inherit the locks of threads that it has not
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs, machine), daemon=True)
+        self.task: Task | None = None
+        # A child inherits what is blocked: Ctrl-C reaches every process of a terminal, but who ends when is the parent's to decide.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self.process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        theirs.close()
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        with contextlib.suppress(ConnectionError):  # it died; `hear` will tell
+            self.pipe.send(task)
+
+    def hear(self) -> tuple[Task, float | Outcome]:
+        """The task at hand with the share that is done of it, or how it ended."""
+        task = self.task
+        assert task
+        try:
+            told = self.pipe.recv()
+        except (EOFError, ConnectionError):
+            self.process.join()
+            told = Outcome(f"its process ended with status {self.process.exitcode}", None)
+        if isinstance(told, Outcome):
+            self.task = None
+        return task, told
+
+
+class _Workers:
+    """A number of children, none of which outlives the block."""
+
+    def __init__(self, count: int, machine: Machine) -> None:
+        self._machine = machine
+        self.all: list[_Worker] = []
+        for _ in range(count):
+            self.all.append(_Worker(machine))
+
+    def busy(self) -> dict[Connection, _Worker]:
+        """Those with a task, by their pipes."""
+        return {worker.pipe: worker for worker in self.all if worker.task}
+
+    def lively(self, worker: _Worker) -> _Worker:
+        """The worker, or if it has died another in its place."""
+        if worker.process.exitcode is None:
+            return worker
+        successor = _Worker(self._machine)
+        self.all[self.all.index(worker)] = successor
+        return successor
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        for worker in self.all:
+            worker.process.terminate()
+        for worker in self.all:
+            worker.process.join(PATIENCE)
+            worker.process.kill()  # which does nothing to one that has ended
+
+
+def _serve(pipe: Connection, machine: Machine) -> None:
+    """A child's life: does the tasks that come through the pipe until nobody is at its other end, or a signal ends it."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as an exception, so that no file is left half-written
+    ready: set[str] = set()
+    try:
+        while True:
+            task: Task = pipe.recv()
+            kind = task.settings.guide.kind
+            if kind not in ready:
+                warm_up(task.settings.guide, machine)
+                ready.add(kind)
+            pipe.send(attempt(task, machine, pipe.send))
+    except (EOFError, ConnectionError):
+        return
+    except KeyboardInterrupt:
+        os._exit(1)  # torch's threads are not waited for

@@ -1,0 +1,57 @@
+"""One run of an experiment: what it needs, and doing it, in this process or in another."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from ..metrics import compare, mape_display, relmse
+from ..render import Result, render
+from ..scene.data import SceneData
+from ..settings import Machine, Render
+from .runs import save_run
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A run to be made. It can be pickled."""
+
+    folder: Path
+    scene: SceneData
+    truth: np.ndarray  # the reference image
+    method: str
+    settings: Render
+
+    @property
+    def label(self) -> str:
+        """The run's name for people."""
+        return f"{self.scene.name} {self.method} seed {self.settings.seed}"
+
+
+class Outcome(NamedTuple):
+    """How a run ended, in one line, and its seconds; None where it failed."""
+
+    text: str
+    seconds: float | None
+
+
+def attempt(task: Task, machine: Machine, on_share: Callable[[float], None]) -> Outcome:
+    """Do a run; one that fails must not end the others. `on_share` is told the share that is done, 0..1, after every pass."""
+    try:
+        return _perform(task, machine, on_share)
+    except (InputError, FloatingPointError) as error:
+        return Outcome(str(error), None)
+
+
+def _perform(task: Task, machine: Machine, on_share: Callable[[float], None]) -> Outcome:
+    def on_pass(state: Result) -> None:
+        state.curve[-1] |= {measure.__name__: measure(state.image, task.truth) for measure in (mape_display, relmse)}
+        on_share(state.film.samples / task.settings.spp)
+
+    result = render(task.scene, task.settings, machine, on_pass)
+    metrics = compare(result.image, task.truth)
+    save_run(task.folder, task.scene, task.method, task.settings, machine, result, metrics)
+    return Outcome(f"{result.seconds:.1f} s, mape_display {metrics['mape_display']:.4f}", result.seconds)

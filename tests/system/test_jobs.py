@@ -1,0 +1,124 @@
+"""Several runs at a time: the same results as one after the other, and a run that fails is told and ends no other."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.experiments.pool import perform_all, threads_each
+from blender_rl_guiding.experiments.tasks import Outcome, Task
+from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.description import Closure, Shader
+from blender_rl_guiding.settings import Machine, Render
+from tests import scenes
+from tests.system.small import SMALL
+
+METHODS = ["--methods", "uniform,dqn", "--spp", 4, "--seeds", 2, "--reference-spp", 128, *SMALL]
+
+
+def results(folder: Path) -> dict[str, dict]:
+    """What the result.json of each run says, without what a clock or the number of threads decides."""
+    found = {}
+    for path in folder.rglob("result.json"):
+        values = json.loads(path.read_text())
+        curve = [{k: v for k, v in entry.items() if not k.endswith("seconds")} for entry in values["curve"]]
+        timed = {"seconds", "learn_seconds", "machine", "curve"}
+        found[str(path.relative_to(folder))] = {k: v for k, v in values.items() if k not in timed} | {"curve": curve}
+    return found
+
+
+def test_jobs_change_no_bit(rlg, bundle, tmp_path):
+    one, two = tmp_path / "one", tmp_path / "two"
+    assert rlg("compare", bundle, *METHODS, "--out", one).returncode == 0
+    done = rlg("compare", bundle, *METHODS, "--out", two, "--jobs", 2)
+    assert done.returncode == 0
+    assert "(4 of 4)" in done.stderr
+    assert results(one) == results(two)
+    assert len(results(one)) == 4
+    for path in one.rglob("image.exr"):
+        np.testing.assert_array_equal(read_exr(path)[0], read_exr(two / path.relative_to(one))[0])
+
+
+def test_errors_are_recorded_at_powers_of_two_and_losses_at_each_step(rlg, bundle, tmp_path):
+    assert rlg("compare", bundle, *METHODS, "--seeds", 1, "--out", tmp_path / "out").returncode == 0
+    found = {values["method"]: values for values in results(tmp_path / "out").values()}
+    assert [entry["samples"] for entry in found["uniform"]["curve"]] == [1, 2, 4]
+    assert [entry["samples"] for entry in found["dqn"]["curve"]] == [1, 2, 3, 4]
+    for values in found.values():
+        last = values["curve"][-1]
+        assert {name: last[name] for name in ("mape_display", "relmse")}.items() <= values["metrics"].items()
+        assert values["curve"][0]["relmse"] > last["relmse"] > 0
+    assert found["uniform"]["losses"] == []
+    assert len(found["dqn"]["losses"]) >= sum("loss" in entry for entry in found["dqn"]["curve"]) > 0
+
+
+def test_threads_are_shared():
+    assert threads_each(Machine(threads=8), 3) == 2
+    assert threads_each(Machine(threads=2), 3) == 1
+    assert threads_each(Machine(), 1) == os.cpu_count()
+
+
+def blinding() -> SceneData:
+    """A light behind a sheet that multiplies it beyond what single precision holds."""
+    b = scenes.Builder()
+    b.quad((-0.9, 1, -0.3), (-0.6, 1, -0.3), (-0.6, 1, -0.1), (-0.9, 1, -0.1), scenes.material("sun", emission=(1e37, 1e37, 1e37)))
+    b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", 100.0),)))
+    return b.scene(scenes.look((0, 0, 0), (0, 1, 0), 90, 8, 8))
+
+
+class Deadly:
+    """Ends whatever process unpickles it."""
+
+    def __reduce__(self):
+        return os._exit, (3,)
+
+
+def task(folder: Path, scene: SceneData, method: str, truth=None) -> Task:
+    return Task(folder / method, scene, np.ones((8, 8, 3), np.float32) if truth is None else truth, method, Render(spp=2))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_run_that_fails_ends_no_other(compiled, tmp_path, jobs):
+    tiny = scenes.tiny(8)
+    tasks = [task(tmp_path, blinding(), "blinding"), task(tmp_path, tiny, "a"), task(tmp_path, tiny, "b"), task(tmp_path, tiny, "c")]
+    ended, shares = {}, []
+    perform_all(
+        tasks, Machine(), jobs, lambda task, share: shares.append(share), lambda task, outcome: ended.update({task.method: outcome})
+    )
+    assert ended.keys() == {"blinding", "a", "b", "c"}
+    assert ended["blinding"].seconds is None
+    assert ended["blinding"].text.endswith("received radiance that is not a finite number")
+    assert all(ended[name].seconds for name in "abc")
+    assert {str(path.parent.name) for path in tmp_path.rglob("result.json")} == {"a", "b", "c"}
+    assert shares[-1] == 1.0
+
+
+def test_a_process_that_dies_is_replaced(compiled, tmp_path):
+    tiny = scenes.tiny(8)
+    tasks = [task(tmp_path, tiny, "deadly", truth=Deadly()), *(task(tmp_path, tiny, name) for name in "abc")]
+    ended: dict[str, Outcome] = {}
+    perform_all(tasks, Machine(), 2, lambda task, share: None, lambda task, outcome: ended.update({task.method: outcome}))
+    assert ended["deadly"] == Outcome("its process ended with status 3", None)
+    assert all(ended[name].seconds for name in "abc")
+
+
+def test_failed_runs_are_named_reported_missing_and_the_status_tells(rlg, tmp_path, monkeypatch):
+    from blender_rl_guiding.experiments import tasks
+    from blender_rl_guiding.scene.bundle import save
+
+    def failing(*args):
+        if args[1].guide.kind == "uniform":
+            raise FloatingPointError("pixel (1, 2) is odd")
+        return render(*args)
+
+    render = tasks.render
+    monkeypatch.setattr(tasks, "render", failing)
+    save(scenes.tiny(8), tmp_path / "tiny.npz")
+    done = rlg("compare", tmp_path / "tiny.npz", "--methods", "bsdf,uniform", "--spp", 2, "--reference-spp", 1, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "tiny uniform seed 0: FAILED: pixel (1, 2) is odd" in done.stderr
+    assert done.stderr.splitlines()[-1] == "rlg: 1 of the runs failed, as told above; the same command tries them again"
+    assert "<li>tiny/uniform/seed-0</li>" in (tmp_path / "out" / "report.html").read_text()

@@ -1,0 +1,63 @@
+"""Lines of a chart: means over seeds, at what all seeds have, and losses only beside losses of their kind."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from blender_rl_guiding.experiments import curves
+from blender_rl_guiding.experiments.results import Results, Run, Summary
+
+
+def run(method: str = "dqn", curve: Any = (), losses: Any = (), guide: Any = None) -> Run:
+    return Run(
+        folder=Path(), scene="c1", method=method, seed=0, spp=4, seconds=1.0, learn_seconds=0.5, rays=1, metrics={},
+        settings={"guide": guide or {"kind": "dqn", "error": "squared", "normalise": False}}, machine={}, versions={},
+        curve=list(curve), losses=list(losses),
+    )  # fmt: skip
+
+
+def test_errors_are_means_over_seeds_where_all_seeds_have_them():
+    first = [{"samples": n, "seconds": float(n), "relmse": 1.0 / n} for n in (1, 2, 4)]
+    second = [{"samples": n, "seconds": 3.0 * n, "relmse": 3.0 / n} for n in (2, 4, 8)]
+    summary = Summary("dqn", (run(curve=first), run(curve=second)))
+    assert curves.over_samples(summary, "relmse") == [(2, 1.0), (4, 0.5)]
+    assert curves.over_seconds(summary, "relmse") == [(4.0, 1.0), (8.0, 0.5)]
+    assert curves.over_samples(summary, "mape_display") == []
+
+
+def test_losses_are_means_over_seeds_as_long_as_all_learnt():
+    summary = Summary("dqn", (run(losses=[4.0, 2.0, 1.0]), run(losses=[2.0, 0.0])))
+    assert curves.losses(summary) == [(1, 3.0), (2, 1.0)]
+    assert curves.losses(Summary("dqn", (run(), run(losses=[1.0])))) == []
+
+
+def test_many_losses_are_means_of_some_steps_each():
+    points = curves.losses(Summary("dqn", (run(losses=range(250)),)))
+    assert points[:2] == [(5, 2.0), (10, 7.0)]
+    assert points[-1] == (250, 247.0)
+    assert len(points) == 50
+    assert curves.losses(Summary("dqn", (run(losses=range(101)),)))[-1] == (101, 99.5)  # the last ones may be fewer
+
+
+def test_losses_of_different_kinds_are_apart():
+    relative = {"kind": "dqn", "error": "relative", "normalise": True}
+    runs = (
+        run("a", losses=[1.0]), run("b", losses=[1.0]), run("c", losses=[1.0], guide=relative),
+        run("d", losses=[1.0], guide={"kind": "qtable"}), run("e", guide={"kind": "uniform"}),
+    )  # fmt: skip
+    runs += (replace(runs[0], method="f", settings=runs[0].settings | {"nee": True}),)
+    results = Results(Path(), "", ("c1",), tuple("abcdef"), "a", "", runs, ())
+    groups = {unit: [summary.method for summary in found] for unit, found in curves.by_loss(results, "c1").items()}
+    assert groups == {
+        "squared error": ["a", "b"],
+        "relative error of scaled rewards": ["c"],
+        "loss of qtable": ["d"],
+        "squared error with NEE": ["f"],
+    }
+
+
+@pytest.mark.parametrize("losses", [[1.0], [1.0, float("inf")]])
+def test_a_few_losses_stay_as_they_are(losses):
+    assert curves.losses(Summary("dqn", (run(losses=losses),))) == list(enumerate(losses, 1))
