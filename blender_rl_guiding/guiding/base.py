@@ -8,12 +8,11 @@ from .directions import Directions
 
 
 class Transitions(NamedTuple):
-    """(s, a, r, s') of path segments x -> y, in structure of arrays.
+    """(s, a, r, s') of path segments x -> y, in structure of arrays, in the order of pixels, samples and vertices.
 
     The light that arrives at x through the segment is estimated as reward + albedo / pi * (integral of what arrives at y times cosine).
     """
 
-    order: np.ndarray  # (n,) int64, path * (bounces + 1) + bounce: sorting by it makes the sequence independent of threads
     position: np.ndarray  # (n, 3) float32, x
     normal: np.ndarray  # (n, 3) float32, shading normal at x
     direction: np.ndarray  # (n, 3) float32, unit, from x to y
@@ -46,4 +45,4 @@ class Guide(Protocol):
 def empty_transitions(count: int) -> Transitions:
     """Room for `count` transitions."""
     a, b, c, d, e = (np.zeros((count, 3), np.float32) for _ in range(5))
-    return Transitions(np.zeros(count, np.int64), a, b, c, d, e, np.zeros(count, np.float32), np.zeros(count, np.float32))
+    return Transitions(a, b, c, d, e, np.zeros(count, np.float32), np.zeros(count, np.float32))

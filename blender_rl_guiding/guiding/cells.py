@@ -17,13 +17,14 @@ class CellTable:
         self._sums = np.zeros((512, 7))  # position, normal, count
         self.count = 0
 
-    def insert(self, position: np.ndarray, normal: np.ndarray) -> None:
-        """Add states, (n, 3) float32 each, in their order."""
-        done = 0
+    def insert(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Add states, (n, 3) float32 each, in their order; returns the row of each, (n,) int32."""
+        rows, done = np.empty(len(position), np.int32), 0
         while done < len(position):
-            done, self.count = insert_states(self.cells, position, normal, done, self._sums, self.count)
+            done, self.count = insert_states(self.cells, position, normal, done, self._sums, self.count, rows)
             if done < len(position):
                 self._grow()
+        return rows
 
     def rows(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """The row of each state, (n,) int32; UNKNOWN where none was inserted."""
@@ -46,8 +47,8 @@ class CellTable:
 
 
 @kernel
-def insert_states(cells, position, normal, start, sums, count):
-    """Insert states from `start` on until done or the table is full; returns the first not inserted and the number of cells."""
+def insert_states(cells, position, normal, start, sums, count, rows):
+    """Insert states from `start` on until done or the table is full, and write their `rows`; returns the first not inserted and the count."""
     for i in range(start, position.shape[0]):
         x, n = vector(position, i), vector(normal, i)
         row = find_cell(cells, x, n)
@@ -61,6 +62,7 @@ def insert_states(cells, position, normal, start, sums, count):
             sums[row, axis] += x[axis]
             sums[row, 3 + axis] += n[axis]
         sums[row, 6] += 1.0
+        rows[i] = row
     return position.shape[0], count
 
 

@@ -81,7 +81,7 @@ class DQNGuide:
         whose target is that of w itself, where the gradient flows through both (Wang and Ueda 2022).
         """
         s = self._settings
-        patches = np.empty(len(batch.order), np.int64)
+        patches = np.empty(len(batch.reward), np.int64)
         patches_of(s.rows, s.columns, batch.normal, batch.direction, patches)
         q = self._online.of_patch(*self._state(batch.position, batch.normal), torch.from_numpy(patches))
         with torch.no_grad():

@@ -50,13 +50,12 @@ class QTableGuide:
     def learn(self, transitions: Transitions) -> dict[str, Any]:
         """Move every Q(s, a) of the pass towards its target, in the order of the transitions."""
         settings, t = self._settings, transitions
-        self.cells.insert(t.position, t.normal)
+        rows, next_rows = self.cells.insert(t.position, t.normal), self.cells.rows(t.next_position, t.next_normal)
         more = self.cells.count - len(self._q)
         self._visits, self._q, self._squares = (np.pad(a, ((0, more), (0, 0))) for a in (self._visits, self._q, self._squares))
         self._arriving = np.pad(self._arriving, (0, more))
-        patches = np.empty(len(t.order), np.int64)
+        patches = np.empty(len(t.reward), np.int64)
         patches_of(settings.rows, settings.columns, t.normal, t.direction, patches)
-        rows, next_rows = self.cells.rows(t.position, t.normal), self.cells.rows(t.next_position, t.next_normal)
         known = self._visits, self._q, self._squares, self._arriving
         error = expected_sarsa(rows, patches, t.reward, t.albedo, next_rows, self._cosines, *known)
         if self._q.any():
@@ -84,8 +83,7 @@ class QTableGuide:
         parents = []
         for fine, coarse in pairwise(self._levels):
             states = fine.states()
-            coarse.insert(*states)
-            parents.append((coarse.rows(*states), coarse.count))
+            parents.append((coarse.insert(*states), coarse.count))
         return parents
 
     def _borrowed(self, means: np.ndarray, parents: list[tuple[np.ndarray, int]]) -> np.ndarray:

@@ -22,7 +22,7 @@ class ReplayMemory:
         new = Transitions(*(array[-self.capacity :] for array in new))
         if self._ring is None:
             self._ring = Transitions(*(np.zeros((self.capacity, *array.shape[1:]), array.dtype) for array in new))
-        places = (self._next + np.arange(len(new.order))) % self.capacity
+        places = (self._next + np.arange(len(new.reward))) % self.capacity
         for stored, array in zip(self._ring, new, strict=True):
             stored[places] = array
         self._next = (self._next + len(places)) % self.capacity

@@ -35,7 +35,7 @@ class PassTracer:
     def trace(self, directions: Directions, film: Film, pixels: np.ndarray, first: int, samples: int, wanted: int) -> Transitions:
         """Add samples first .. first + samples - 1 of `pixels`, (n,) int64, to the film.
 
-        Returns about `wanted` transitions, in an order of their own. FloatingPointError where radiance is not finite: that is a fault of
+        Returns about `wanted` transitions. FloatingPointError where radiance is not finite: that is a fault of
         the tracer, and no image may hide it.
         """
         share = F(min(1.0, wanted / (samples * len(pixels) * self._vertices_per_path)))
@@ -44,8 +44,8 @@ class PassTracer:
         starts = iter(range(0, len(pixels), step))
         stop = threading.Event()
 
-        def work(memory: Scratch) -> tuple[list[Transitions], int, int]:
-            recorded, rays, vertices = [], 0, 0
+        def work(memory: Scratch) -> tuple[dict[int, Transitions], int, int]:
+            recorded, rays, vertices = {}, 0, 0
             while (start := next(starts, None)) is not None and not stop.is_set():
                 end = min(start + step, len(pixels))
                 common = self._stage, directions, self._limits, share, self._seed, pixels
@@ -55,7 +55,7 @@ class PassTracer:
                     raise FloatingPointError(f"pixel ({x}, {y}) received radiance that is not a finite number")
                 rays, vertices, found = rays + int(memory.counts[0]), vertices + int(memory.counts[1]), int(memory.counts[2])
                 if found:
-                    recorded.append(Transitions(*(array[:found].copy() for array in memory.transitions)))
+                    recorded[start] = Transitions(*(array[:found].copy() for array in memory.transitions))
             return recorded, rays, vertices
 
         with ThreadPoolExecutor(len(self._threads)) as pool:
@@ -65,11 +65,8 @@ class PassTracer:
                 stop.set()  # after an interrupt the threads only finish the few thousand paths under way
         self.rays += sum(part[1] for part in parts)
         self._vertices_per_path = max(1, sum(part[2] for part in parts)) / (samples * len(pixels))  # none where every path misses
-        return _sorted([t for part in parts for t in part[0]])
-
-
-def _sorted(parts: list[Transitions]) -> Transitions:
-    if not parts:
-        return empty_transitions(0)
-    order = np.argsort(np.concatenate([part.order for part in parts]))
-    return Transitions(*(np.concatenate(arrays)[order] for arrays in zip(*parts, strict=True)))
+        recorded = {start: transitions for part in parts for start, transitions in part[0].items()}
+        if not recorded:
+            return empty_transitions(0)
+        # By pixels, and not by which thread was quicker.
+        return Transitions(*map(np.concatenate, zip(*(recorded[start] for start in sorted(recorded)), strict=True)))

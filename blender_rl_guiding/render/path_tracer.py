@@ -44,8 +44,7 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
         for sample in range(first_sample, first_sample + samples):
             key = stream(seed, pixel, sample)
             weight = F((sample + 1) ** limits.emphasis) if limits.emphasis > 0.0 else F(1)
-            path = place * samples + sample - first_sample
-            L = trace_path(stage, directions, limits, share, pixel, path, key, weight, scratch, film.passes)
+            L = trace_path(stage, directions, limits, share, pixel, key, weight, scratch, film.passes)
             if not add_sample(film, pixel, L, weight) and bad < 0:
                 bad = pixel
     return bad
@@ -65,7 +64,7 @@ def add_sample(film, pixel, L, weight):
 
 
 @part
-def trace_path(stage, directions, limits, share, pixel, path, key, weight, scratch, passes):
+def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, passes):
     """One path from the camera to its end: the radiance that it brings, RGB. Adds `weight` times the pixel's `passes` if there are any."""
     rays, registers, lobes, transitions, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.transitions, scratch.counts
     features = passes.shape[0] > 0
@@ -105,7 +104,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, weight, scrat
                     passes[pixel, ALPHA] += weight * (beta[0] + beta[1] + beta[2]) * F(1 / 3)
             if recorded:
                 reward += through * luminance(light)
-                write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, ZERO, ZERO, reward, F(0))
+                write_transition(transitions, counts, start, start_normal, segment_ray, ZERO, ZERO, reward, F(0))
             break
 
         # --- surface: x, n -----------------------------------------------------------------------------------------------
@@ -157,7 +156,7 @@ def trace_path(stage, directions, limits, share, pixel, path, key, weight, scrat
             if recorded:
                 slot = counts[2]
                 # The state goes on beyond the last bounce: what light arrives does not depend on how long this path may be.
-                write_transition(transitions, counts, path, vertex, start, start_normal, segment_ray, x, n, reward, through * solid)
+                write_transition(transitions, counts, start, start_normal, segment_ray, x, n, reward, through * solid)
             segment = False
 
         # --- the end of the path ---------------------------------------------------------------------------------------------
@@ -284,10 +283,9 @@ def write_features(passes, pixel, weight, lens, x, n, colour):
 
 
 @part
-def write_transition(transitions, counts, path, vertex, x, n, wi, y, next_normal, reward, albedo):
+def write_transition(transitions, counts, x, n, wi, y, next_normal, reward, albedo):
     """Store a segment from x along wi to y."""
     slot = counts[2]
-    transitions.order[slot] = path * np.int64(MOST_VERTICES) + np.int64(vertex)
     store(transitions.position, slot, x)
     store(transitions.normal, slot, n)
     store(transitions.direction, slot, wi)

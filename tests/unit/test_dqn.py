@@ -34,8 +34,8 @@ def transitions(rewards, albedos, positions=None, next_positions=None, direction
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     positions, next_positions = (np.zeros((n, 3)) if p is None else p for p in (positions, next_positions))
     normals = np.broadcast_to(UP, (n, 3))
-    values = (np.arange(n), positions, normals, directions, next_positions, normals, rewards, albedos)
-    return Transitions(*(np.array(v, np.int64 if i == 0 else np.float32) for i, v in enumerate(values)))
+    values = (positions, normals, directions, next_positions, normals, rewards, albedos)
+    return Transitions(*(np.array(v, np.float32) for v in values))
 
 
 class Fixed(torch.nn.Module):

@@ -27,7 +27,7 @@ def transitions(patch: np.ndarray, rng: np.random.Generator) -> Transitions:
     here, there = rng.uniform(-1, 1, (2, count, 3))
     normals = np.tile(UP, (count, 1))
     values = here, normals, directions, there, normals, rng.exponential(size=count), rng.random(count)
-    return Transitions(np.arange(count), *(value.astype(np.float32) for value in values))
+    return Transitions(*(value.astype(np.float32) for value in values))
 
 
 @pytest.mark.parametrize("loss", ["dqn", "cdqn"])

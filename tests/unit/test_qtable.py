@@ -26,8 +26,8 @@ def transitions(positions, rewards, albedos, next_positions) -> Transitions:
     directions[:, 2] = np.abs(directions[:, 2])
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     normals = np.broadcast_to(UP, (n, 3))
-    values = (np.arange(n), positions, normals, directions, next_positions, normals, rewards, albedos)
-    return Transitions(*(np.array(v, np.int64 if i == 0 else np.float32) for i, v in enumerate(values)))
+    values = (positions, normals, directions, next_positions, normals, rewards, albedos)
+    return Transitions(*(np.array(v, np.float32) for v in values))
 
 
 def test_update_by_hand():

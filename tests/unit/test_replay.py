@@ -9,9 +9,9 @@ from blender_rl_guiding.guiding.replay import ReplayMemory
 
 def numbered(first: int, count: int) -> Transitions:
     """Transitions whose every field tells their number."""
-    order = np.arange(first, first + count)
+    numbers = np.arange(first, first + count)
     return Transitions(
-        *(np.broadcast_to(order.reshape(-1, *[1] * (a.ndim - 1)), a.shape).astype(a.dtype) for a in empty_transitions(count))
+        *(np.broadcast_to(numbers.reshape(-1, *[1] * (a.ndim - 1)), a.shape).astype(a.dtype) for a in empty_transitions(count))
     )
 
 
@@ -19,8 +19,8 @@ def held(memory: ReplayMemory) -> list[int]:
     """The numbers of all that is remembered, after a check that fields did not get apart."""
     drawn = memory.sample(len(memory), np.random.default_rng(0))
     for array in drawn:
-        np.testing.assert_array_equal(array.reshape(len(memory), -1)[:, 0], drawn.order)
-    return sorted(drawn.order.tolist())
+        np.testing.assert_array_equal(array.reshape(len(memory), -1)[:, 0], drawn.reward)
+    return sorted(drawn.reward.tolist())
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_batches_are_drawn_without_replacement_and_uniformly():
     memory, rng, counts = ReplayMemory(10), np.random.default_rng(1), np.zeros(10)
     memory.add(numbered(0, 10))
     for _ in range(2000):
-        drawn = memory.sample(4, rng).order
+        drawn = memory.sample(4, rng).reward.astype(int)
         assert len(set(drawn.tolist())) == 4
         counts[drawn] += 1
     np.testing.assert_allclose(counts, 800, atol=5 * np.sqrt(2000 * 0.4 * 0.6))  # five sigma of the binomial
@@ -48,11 +48,11 @@ def test_batches_are_drawn_without_replacement_and_uniformly():
 def test_fewer_than_a_batch_are_all():
     memory = ReplayMemory(10)
     memory.add(numbered(0, 3))
-    assert sorted(memory.sample(8, np.random.default_rng(0)).order) == [0, 1, 2]
+    assert sorted(memory.sample(8, np.random.default_rng(0)).reward) == [0, 1, 2]
 
 
 def test_memory_is_a_copy():
     memory, new = ReplayMemory(4), numbered(0, 2)
     memory.add(new)
-    new.order[:] = 9
+    new.reward[:] = 9
     assert held(memory) == [0, 1]
