@@ -48,7 +48,9 @@ class CellTable:
 
 @kernel
 def insert_states(cells, position, normal, start, sums, count, rows):
-    """Insert states from `start` on until done or the table is full, and write their `rows`; returns the first not inserted and the count."""
+    """Insert states from `start` on until done or the table is full, and write their `rows`; returns the first not inserted and how many
+    cells there are.
+    """
     for i in range(start, position.shape[0]):
         x, n = vector(position, i), vector(normal, i)
         row = find_cell(cells, x, n)
