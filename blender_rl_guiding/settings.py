@@ -158,7 +158,7 @@ def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, 
 
 PRESETS = {
     "recommended": Render(emphasis=0.5, guide=QTable()),
-    "recommended_nee": Render(nee=True, emphasis=0.5, guide=QTable()),
+    "recommended_nee": Render(nee=True, guide=QTable()),
     "uniform_nee": Render(nee=True, guide=Uniform()),
     "bsdf_nee": Render(nee=True, guide=BSDF()),
     "dqn_nee": Render(nee=True, guide=DQN()),

@@ -12,7 +12,7 @@ from blender_rl_guiding.metrics import mape_display
 from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.blend import open_scene
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.settings import BSDF, DQN, Guide, Machine, Render, Uniform
+from blender_rl_guiding.settings import BSDF, DQN, Guide, Machine, Render, Uniform, method
 
 SPP, REFERENCE_SPP = 32, 128
 OWN_NOISE = math.sqrt(1 + SPP / REFERENCE_SPP)  # what the reference adds to the error of a render that is as noisy for each sample
@@ -31,7 +31,11 @@ def truth() -> np.ndarray:
 
 
 def error(guide: Guide, nee: bool = False) -> float:
-    return mape_display(render(c1(), Render(spp=SPP, nee=nee, guide=guide)).image, truth())
+    return error_of(Render(spp=SPP, nee=nee, guide=guide))
+
+
+def error_of(settings: Render) -> float:
+    return mape_display(render(c1(), settings).image, truth())
 
 
 def test_mean_radiance():
@@ -48,6 +52,11 @@ def test_error_without_learning(guide, nee, expected):
 
 def test_error_with_learning():
     assert error(DQN()) <= 0.15
+
+
+@pytest.mark.parametrize(("preset", "limit"), [("recommended", 0.10), ("recommended_nee", 0.040)])
+def test_recommended_presets(preset, limit):
+    assert error_of(method(preset)) <= limit
 
 
 def test_learning_helps_beside_next_event_estimation():
