@@ -1,4 +1,4 @@
-"""The command `rlg`: export, render, compare, sweep, report, metrics."""
+"""The command `rlg`: export, render, inspect, compare, sweep, report, metrics."""
 
 import argparse
 import json
@@ -18,7 +18,7 @@ from . import __version__, schema
 from .errors import InputError, check_writable
 from .experiments.catalogue import CATALOGUE, chosen
 from .experiments.progress import Progress
-from .flags import add_flags, chosen_methods, given, render_settings
+from .flags import add_blender, add_experiment, add_flags, add_render, chosen_methods, given, positive, render_settings
 from .settings import PRESETS, Machine, Render
 
 _SCENES = Path(__file__).resolve().parents[1] / "scenes"
@@ -62,11 +62,32 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _render(options: argparse.Namespace) -> None:
+    _traced(options, render_settings(options))
+    print(options.out / "image.exr")
+
+
+def _inspect(options: argparse.Namespace) -> None:
+    from .experiments import inspection
+
     settings, machine = render_settings(options), _machine(options)
+    inspection.check(settings.guide)
+    scene, point, result = _traced(options, settings, lambda scene: inspection.find(scene, options.pixel, machine))
+    with Progress() as progress, progress.bar("measuring what arrives", 1):
+        pictures = inspection.write(options.out, scene, point, settings, machine, result)
+    for path in (options.out / "image.exr", *pictures):
+        print(path)
+
+
+def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any], Any] = lambda scene: None) -> tuple[Any, Any, Any]:
+    """Render and write a run; returns the scene, the point of it that `find` tells before, and the result.
+
+    Interrupted, it writes what there is and ends the program.
+    """
+    machine, interrupted = _machine(options), False
     check_writable(options.out)
-    interrupted = False
     with Progress() as progress, _opening(options.scene, options, progress) as opened:
         # While Blender exports: importing and loading take as long.
+        from .experiments.probe import described
         from .experiments.runs import save_run
         from .render import Result, render, warm_up
 
@@ -74,6 +95,7 @@ def _render(options: argparse.Namespace) -> None:
         with progress.bar("compiling kernels (once after an update)", 1):
             warm_up(settings.guide, machine)
         scene = opened()
+        point = find(scene)
         try:
             with progress.bar(scene.name, settings.spp) as advance:
 
@@ -85,10 +107,11 @@ def _render(options: argparse.Namespace) -> None:
         except KeyboardInterrupt:
             interrupted = True
     if finished:
-        save_run(options.out, scene, options.preset or settings.guide.kind, settings, machine, finished[0], None)
+        learnt, name = described(finished[0].guide, point), options.preset or settings.guide.kind
+        save_run(options.out, scene, name, settings, machine, finished[0], None, learnt)
     if interrupted:
         _leave(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples")
-    print(options.out / "image.exr")
+    return scene, point, finished[0]
 
 
 def _compare(options: argparse.Namespace) -> None:
@@ -105,6 +128,7 @@ def _compare(options: argparse.Namespace) -> None:
             seeds=tuple(range(first, first + options.seeds)),
             reference_spp=options.reference_spp,
             command=_command(),
+            probe=options.probe,
         )
         failed = run([experiment], _machine(options), options.jobs, progress)
     _tell([options.out], failed)
@@ -127,6 +151,7 @@ def _sweep(options: argparse.Namespace) -> None:
                 reference_spp=options.reference_spp,
                 command=_command(),
                 name=name,
+                probe=options.probe,
             )
             for name, entry in entries.items()
         ]
@@ -211,12 +236,6 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}\n")
 
 
-def _positive(text: str) -> int:
-    if int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not above 0")
-    return int(text)
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="rlg", description="Render Blender scenes with learnt path guiding, and compare methods.")
     parser.add_argument("--version", action="version", version=__version__)
@@ -231,24 +250,21 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument("scene", type=Path, metavar="SCENE.blend")
     export.add_argument("bundle", type=Path, metavar="SCENE.npz")
     export.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
-    _add_blender(export)
+    add_blender(export)
 
-    render = command("render", _render, "Render a scene: writes image.exr and result.json.")
-    render.add_argument("scene", type=Path, metavar="SCENE", help="a .blend or a bundle")
-    render.add_argument("--out", type=Path, required=True, metavar="DIR")
-    start = render.add_mutually_exclusive_group()
-    start.add_argument("--preset", metavar="NAME", help=f"start from {', '.join(PRESETS)} or a guide's defaults")
-    start.add_argument("--settings", type=Path, metavar="FILE", help="start from JSON settings, like those in a result.json")
-    _add_blender(render)
-    add_flags(render, Render)
-    add_flags(render, Machine)
+    add_render(command("render", _render, "Render a scene: writes image.exr and result.json."))
+
+    inspect = command("inspect", _inspect, "Render a scene and show what was learnt: writes states.png and q.png, too.")
+    text = "where to show it, from the top left (default: the middle of the width at four fifths of the height)"
+    inspect.add_argument("--pixel", type=int, nargs=2, metavar=("X", "Y"), help=text)
+    add_render(inspect)
 
     compare = command("compare", _compare, "Render scenes by several methods and report: writes report.html, tables and figures.")
     compare.add_argument("scenes", type=Path, nargs="+", metavar="SCENE", help="a .blend or a bundle")
     compare.add_argument(
         "--methods", required=True, metavar="NAME,NAME", help=f"guides or presets ({', '.join(PRESETS)}); the first is the baseline"
     )
-    _add_experiment(compare, seeds=1)
+    add_experiment(compare, seeds=1)
     add_flags(compare, Render, leave_out=("guide",))
     add_flags(compare, Machine)
 
@@ -256,9 +272,9 @@ def _parser() -> argparse.ArgumentParser:
         "sweep", _sweep, "Run experiments of the slides: scenes x methods x seeds, and a report of each. Goes on where it ended."
     )
     sweep.add_argument("names", nargs="+", metavar="NAME", help=f"{', '.join(CATALOGUE)}, or all of them: all")
-    sweep.add_argument("--spp", type=_positive, metavar="N", help="samples per pixel instead of the slides' 32")
+    sweep.add_argument("--spp", type=positive, metavar="N", help="samples per pixel instead of the slides' 32")
     sweep.add_argument("--scenes", type=Path, default=_SCENES, metavar="DIR", help="where the scenes are (default: the project's)")
-    _add_experiment(sweep, seeds=5)
+    add_experiment(sweep, seeds=5)
     add_flags(sweep, Machine)
 
     report = command("report", _report, "Make the report, tables and figures again from the runs in a folder.")
@@ -268,18 +284,3 @@ def _parser() -> argparse.ArgumentParser:
     metrics.add_argument("image", type=Path, metavar="IMAGE")
     metrics.add_argument("reference", type=Path, metavar="REFERENCE")
     return parser
-
-
-def _add_experiment(parser: argparse.ArgumentParser, seeds: int) -> None:
-    text = f"runs of each method, with one seed after the other (default: {seeds})"
-    parser.add_argument("--seeds", type=_positive, default=seeds, metavar="N", help=text)
-    text = "samples per pixel of the reference, at least (default: 1024)"
-    parser.add_argument("--reference-spp", type=_positive, default=1024, metavar="N", help=text)
-    text = "runs at a time, which share the threads; for times that can be compared with others, 1 (default: 1)"
-    parser.add_argument("--jobs", type=_positive, default=1, metavar="N", help=text)
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    _add_blender(parser)
-
-
-def _add_blender(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--blender", type=Path, metavar="BLENDER", help="open .blend files by this executable (default: the bpy module)")

@@ -1,13 +1,14 @@
-"""The settings classes as flags of the command line, and back."""
+"""Options that commands share: the settings classes as flags, and back; a scene, an experiment."""
 
 import argparse
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from . import schema
 from .errors import InputError
-from .settings import Render, method
+from .settings import PRESETS, Machine, Render, method
 
 
 def render_settings(options: argparse.Namespace) -> Render:
@@ -61,3 +62,41 @@ def add_flags(parser: argparse.ArgumentParser, config: type[schema.Settings], le
             group.add_argument(flag, choices=[*entry.variants, *entry.choices], help=text, **common)
         else:
             group.add_argument(flag, type=entry.type, metavar=entry.type.__name__.upper(), help=text, **common)
+
+
+def positive(text: str) -> int:
+    """A number above 0 from the command line."""
+    if int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return int(text)
+
+
+def add_render(parser: argparse.ArgumentParser) -> None:
+    """A scene, where to write, and how to render it."""
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a .blend or a bundle")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    start = parser.add_mutually_exclusive_group()
+    start.add_argument("--preset", metavar="NAME", help=f"start from {', '.join(PRESETS)} or a guide's defaults")
+    start.add_argument("--settings", type=Path, metavar="FILE", help="start from JSON settings, like those in a result.json")
+    add_blender(parser)
+    add_flags(parser, Render)
+    add_flags(parser, Machine)
+
+
+def add_experiment(parser: argparse.ArgumentParser, seeds: int) -> None:
+    """What all comparisons may be told; `seeds` is the default."""
+    text = f"runs of each method, with one seed after the other (default: {seeds})"
+    parser.add_argument("--seeds", type=positive, default=seeds, metavar="N", help=text)
+    text = "samples per pixel of the reference, at least (default: 1024)"
+    parser.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help=text)
+    text = "runs at a time, which share the threads; for times that can be compared with others, 1 (default: 1)"
+    parser.add_argument("--jobs", type=positive, default=1, metavar="N", help=text)
+    text = "pixel where to show what is learnt, from the top left (default: the middle of the width at four fifths of the height)"
+    parser.add_argument("--probe", type=int, nargs=2, metavar=("X", "Y"), help=text)
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    add_blender(parser)
+
+
+def add_blender(parser: argparse.ArgumentParser) -> None:
+    """Who opens .blend files."""
+    parser.add_argument("--blender", type=Path, metavar="BLENDER", help="open .blend files by this executable (default: the bpy module)")

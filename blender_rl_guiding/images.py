@@ -89,7 +89,7 @@ def to_display(linear: np.ndarray) -> np.ndarray:
 
 
 def png(pixels: np.ndarray) -> bytes:
-    """A PNG file's bytes from (H, W, 3) uint8 codes."""
+    """A PNG file's bytes from (H, W, 3) uint8 codes, or (H, W, 4) with coverage."""
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, "PNG")
     return buffer.getvalue()

@@ -1,15 +1,18 @@
-"""Figures for papers as PDF and PNG: error curves, losses, and rows of images, on white and in print sizes."""
+"""Figures for papers as PDF and PNG: error curves, losses, rows of images and of hemispheres, on white and in print sizes."""
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from ..errors import atomic
 from ..images import to_display
-from . import curves, page_images
+from . import curves, discs, page_images, page_probe
 from .charts import Line, axis, drawable
+from .disc_figure import Disc, Group
+from .disc_figure import figure as disc_figure
 from .palette import LIGHT
-from .results import Results
+from .results import Results, Run, Truth
 
 WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
 NAMES_ABREAST = 3  # in a legend
@@ -30,6 +33,8 @@ def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
     if not results.summaries(scene):
         return
     yield "images", _images(results, scene)
+    if known := page_probe.found(results, scene):
+        yield "learnt", _learnt(scene, *known)
     for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):
         lines = [Line(method, LIGHT[results.methods.index(method) % len(LIGHT)], points) for method, points in plot.lines]
         if lines := drawable(lines, plot.log_x, plot.log_y):
@@ -73,3 +78,11 @@ def _images(results: Results, scene: str) -> Figure:
         axes.set_title(title, fontsize=7, pad=3, parse_math=False)
         axes.axis("off")
     return figure
+
+
+def _learnt(scene: str, truth: Truth, learnt: Sequence[tuple[Run, np.ndarray]]) -> Figure:
+    """The radiance that arrives at a point and each method's Q of it."""
+    shown = [Disc("truth\n", truth.radiance)]
+    shown += [Disc(f"{run.method}\n{page_probe.verdict(run, q, truth)}", q) for run, q in learnt]
+    group = Group(shown, discs.scale([disc.values for disc in shown]), "radiance that arrives")
+    return disc_figure([group], discs.caption(scene, truth.pixel, truth.right, truth.up), 1.5)

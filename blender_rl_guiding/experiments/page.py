@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from . import page_curves, page_images, page_numbers, palette, pictures
+from . import page_curves, page_images, page_numbers, page_probe, palette, pictures
 from .catalogue import CATALOGUE, LOSS_FIRST
 from .markup import listed, table
 from .results import Results
@@ -53,7 +53,7 @@ def _scene(results: Results, scene: str) -> str:
     error, loss = page_curves.errors(results, scene), page_curves.losses(results, scene)
     charts = loss + error if results.name in LOSS_FIRST else error + loss
     parts = [f"<section><h2>{escape(scene)}</h2>", page_numbers.of_scene(results, scene), charts, page_images.of_scene(results, scene)]
-    return "\n".join([*parts, "</section>"])
+    return "\n".join([*parts, page_probe.of_scene(results, scene), "</section>"])
 
 
 def _flat(settings: dict[str, Any], prefix: str = "") -> dict[str, str]:

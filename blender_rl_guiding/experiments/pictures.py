@@ -14,7 +14,7 @@ COLOURS = (matplotlib.colormaps["inferno"](np.arange(256))[:, :3] * 255.0 + 0.5)
 
 
 def uri(pixels: np.ndarray) -> str:
-    """A data URI of (H, W, 3) uint8 codes."""
+    """A data URI of (H, W, 3) uint8 codes, or (H, W, 4) with coverage."""
     return "data:image/png;base64," + base64.b64encode(png(pixels)).decode()
 
 

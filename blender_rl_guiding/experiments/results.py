@@ -11,12 +11,32 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..errors import InputError
 
 MEASURES = ("mape_display", "mape", "relmse", "flip")
 COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *MEASURES)
 # 97.5 % quantiles of Student's t for 1..9 degrees of freedom; from 10 on, the series in `_student` has four digits.
 _T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216)
+
+
+class Learnt(NamedTuple):
+    """What a run has learnt of the light at the point that a pixel sees."""
+
+    pixel: tuple[int, int]  # column and row, from the top left
+    q: np.ndarray  # (rows, columns), mean radiance through each patch of the hemisphere, row 0 at the horizon
+
+
+class Truth(NamedTuple):
+    """The light that arrives at the point that a pixel sees."""
+
+    pixel: tuple[int, int]
+    position: tuple[float, ...]  # world space
+    right: tuple[float, ...]  # unit, world space: what is to the right in a picture of the hemisphere
+    up: tuple[float, ...]
+    radiance: np.ndarray  # (rows, columns), as `Learnt.q`
+    spp: int  # samples of each patch
 
 
 @dataclass(frozen=True)
@@ -37,6 +57,12 @@ class Run:
     versions: dict[str, Any]
     curve: list[dict[str, Any]]
     losses: list[float]  # one for each training step
+    learnt: Learnt | None  # None where nothing was learnt, or nothing is known
+
+    @property
+    def learns(self) -> bool:
+        """Whether its guide is one that learns: only they divide the hemisphere."""
+        return "rows" in self.settings.get("guide", {})
 
     @property
     def train_seconds(self) -> float:
@@ -100,6 +126,7 @@ class Results:
     command: str
     runs: tuple[Run, ...]
     missing: tuple[str, ...]  # what was asked for and is not there, as "scene/method/seed-n"
+    truths: dict[str, Truth]  # by scene, where there is one
 
     def base(self, scene: str) -> Summary | None:
         """The baseline's summary, if it has a finished run on the scene."""
@@ -132,7 +159,8 @@ def load(folder: Path) -> Results:
         raise InputError(f"{folder}: no run of the experiment is finished")
     runs = tuple(_run(folder.joinpath(*place), *place[:2]) for place in there)
     missing = tuple("/".join(place) for place in places if place not in there)
-    return Results(folder, name, scenes, methods, baseline, command, runs, missing)
+    truths = {scene: _truth(path) for scene in scenes if (path := folder / scene / "probe.json").exists()}
+    return Results(folder, name, scenes, methods, baseline, command, runs, missing, truths)
 
 
 def _read_json(path: Path) -> Any:
@@ -163,12 +191,32 @@ def _run(folder: Path, scene: str, method: str) -> Run:
             versions=dict(data["versions"]),
             curve=list(data.get("curve") or ()),
             losses=list(map(float, data.get("losses") or ())),
+            learnt=_learnt(data.get("probe")),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not a result, or damaged ({type(error).__name__}: {error})") from error
     if not (math.isfinite(run.seconds) and run.seconds > 0 and all(map(math.isfinite, run.metrics.values()))):
         raise InputError(f"{path}: seconds {run.seconds} must be above 0 and metrics {run.metrics} finite")
     return run
+
+
+def _learnt(data: Any) -> Learnt | None:
+    return data and Learnt(_pixel(data["pixel"]), np.array(data["q"], np.float64).reshape(data["rows"], data["columns"]))
+
+
+def _truth(path: Path) -> Truth:
+    data = _read_json(path)
+    try:
+        position, right, up = (tuple(map(float, data[name])) for name in ("position", "right", "up"))
+        radiance = np.array(data["radiance"], np.float64).reshape(data["patches"])
+        return Truth(_pixel(data["pixel"]), position, right, up, radiance, int(data["spp"]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: not a probe, or damaged ({type(error).__name__}: {error})") from error
+
+
+def _pixel(data: Any) -> tuple[int, int]:
+    x, y = data
+    return int(x), int(y)
 
 
 def estimate(values: Sequence[float]) -> Estimate:

@@ -14,10 +14,12 @@ from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
 from .forecast import Forecast
 from .pool import perform_all
+from .probe import Point, learns, pixel_of
 from .progress import Progress
 from .references import reference
 from .runs import is_done, judge_again
 from .tasks import Outcome, Task
+from .truth import kept
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class Experiment:
     reference_spp: int
     command: str  # how it was started, for the report
     name: str = ""  # in the catalogue; empty for one that is not from there
+    probe: Sequence[int] | None = None  # column and row of the pixel where to show what is learnt; None chooses one
 
 
 def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress: Progress) -> int:
@@ -78,9 +81,10 @@ def _places(experiment: Experiment) -> Iterator[tuple[SceneData, str, Path, Rend
 def _due(experiment: Experiment, machine: Machine, progress: Progress) -> list[Task]:
     """The runs that are not done yet. Those that are get judged by the reference as it is now."""
     truths = {scene.name: _reference(scene, experiment, machine, progress) for scene in experiment.scenes}
+    probes = {scene.name: _probe(scene, experiment, machine, progress) for scene in experiment.scenes}
     due = []
     for scene, method, folder, settings in _places(experiment):
-        task = Task(folder, scene, truths[scene.name], method, settings)
+        task = Task(folder, scene, truths[scene.name], method, settings, probes[scene.name])
         if is_done(folder, scene, settings):
             judge_again(folder, task.truth)
             progress.note(f"{task.label}: done before")
@@ -103,6 +107,8 @@ def _describe(experiment: Experiment) -> None:
     names = [scene.name for scene in experiment.scenes]
     if doubles := {name for name in names if names.count(name) > 1}:
         raise InputError(f"two scenes are called {min(doubles)!r}: their results would share a folder")
+    for scene in experiment.scenes:
+        pixel_of(scene, experiment.probe)
     plan = {
         "name": experiment.name,
         "scenes": names,
@@ -115,12 +121,28 @@ def _describe(experiment: Experiment) -> None:
         part.write_text(json.dumps(plan, indent=1), encoding="utf-8")
 
 
-def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> np.ndarray:
+def _max_bounces(experiment: Experiment) -> int:
     bounces = {settings.max_bounces for settings in experiment.methods.values()}
     if len(bounces) > 1:
         raise InputError(f"the methods trace paths of different lengths ({sorted(bounces)} bounces): they have no common reference")
+    return bounces.pop()
+
+
+def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> np.ndarray:
     progress.note(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time")
     with progress.bar(f"{scene.name}: reference", 1) as advance:
-        truth = reference(scene, bounces.pop(), experiment.reference_spp, machine, advance)
+        truth = reference(scene, _max_bounces(experiment), experiment.reference_spp, machine, advance)
     write_exr(experiment.folder / scene.name / "reference.exr", truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
     return truth
+
+
+def _probe(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Point | None:
+    """The point where to ask what is learnt, if anything is; the truth there is in the scene's folder."""
+    if not any(learns(settings.guide) for settings in experiment.methods.values()):
+        return None
+    pixel, path = pixel_of(scene, experiment.probe), experiment.folder / scene.name / "probe.json"
+    with progress.bar(f"{scene.name}: radiance that arrives at pixel {pixel}", 1):
+        point = kept(path, scene, pixel, _max_bounces(experiment), machine)
+    if point is None:
+        progress.note(f"{scene.name}: pixel {pixel} sees no surface that reflects: no picture of what is learnt; --probe X Y names another")
+    return point

@@ -19,9 +19,19 @@ from ..settings import Machine, Render
 
 
 def save_run(
-    folder: Path, scene: SceneData, method: str, settings: Render, machine: Machine, result: Result, metrics: dict[str, float] | None
+    folder: Path,
+    scene: SceneData,
+    method: str,
+    settings: Render,
+    machine: Machine,
+    result: Result,
+    metrics: dict[str, float] | None,
+    probe: dict[str, Any] | None = None,
 ) -> None:
-    """Write a run. `metrics` are left out where there is no reference. InputError where the folder cannot be written."""
+    """Write a run. `metrics` are None where there is no reference, `probe` where nothing was learnt (see `probe.described`).
+
+    InputError where the folder cannot be written.
+    """
     described = to_dict(settings)
     header = {
         "settings": json.dumps(described),
@@ -47,6 +57,7 @@ def save_run(
         "versions": _versions(),
         "curve": result.curve,
         "losses": [float(f"{loss:.5g}") for loss in result.losses],
+        "probe": probe,
     }
     _write_json(folder / "result.json", values)
 

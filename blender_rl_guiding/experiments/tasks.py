@@ -12,6 +12,7 @@ from ..metrics import compare, mape_display, relmse
 from ..render import Result, render
 from ..scene.data import SceneData
 from ..settings import Machine, Render
+from .probe import Point, described
 from .runs import save_run
 
 
@@ -24,6 +25,7 @@ class Task:
     truth: np.ndarray  # the reference image
     method: str
     settings: Render
+    probe: Point | None = None  # where to ask the guide what it has learnt
 
     @property
     def label(self) -> str:
@@ -53,5 +55,6 @@ def _perform(task: Task, machine: Machine, on_share: Callable[[float], None]) ->
 
     result = render(task.scene, task.settings, machine, on_pass)
     metrics = compare(result.image, task.truth)
-    save_run(task.folder, task.scene, task.method, task.settings, machine, result, metrics)
+    learnt = described(result.guide, task.probe)
+    save_run(task.folder, task.scene, task.method, task.settings, machine, result, metrics, learnt)
     return Outcome(f"{result.seconds:.1f} s, mape_display {metrics['mape_display']:.4f}", result.seconds)

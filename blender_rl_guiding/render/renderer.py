@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..guiding import make_guide
+from ..guiding.base import Guide
 from ..scene.data import SceneData
 from ..scene.description import IDENTITY, Bounces, Camera, Closure, Instruction, Node, Shader
 from ..settings import DQN, Machine, QTable, Render
@@ -25,6 +26,7 @@ class Result:
     """What a render has to show so far; after an interrupt `film` holds those samples of the pass under way that were taken, too."""
 
     film: Film
+    guide: Guide  # as far as it has learnt
     seconds: float = 0.0  # wall time of tracing and learning
     learn_seconds: float = 0.0
     rays: int = 0  # closest-hit and shadow rays
@@ -52,7 +54,7 @@ def render(
     guide = make_guide(settings.guide, scene, settings.seed)
     tracer = PassTracer(scene, settings, machine, learning=guide.wanted() > 0)
     film = Film(scene.camera.width, scene.camera.height, scene.film.exposure, wants_passes(scene, settings))
-    result = Result(film)
+    result = Result(film, guide)
     pixels = np.arange(scene.camera.width * scene.camera.height)
     start = time.perf_counter()
     for first, count in _rounds(settings, len(pixels), learning=guide.wanted() > 0):

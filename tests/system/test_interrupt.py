@@ -95,4 +95,4 @@ def test_with_jobs_all_processes_end(interrupted, bundle, tmp_path):
     assert (status, seconds < PROMPT) == (130, True), (seconds, said)
     assert said.splitlines()[-1] == "rlg: interrupted"
     assert "Traceback" not in said
-    assert everything(tmp_path / "out") == {"experiment.json", "tiny", "reference.exr"}
+    assert everything(tmp_path / "out") == {"experiment.json", "tiny", "reference.exr", "probe.json"}

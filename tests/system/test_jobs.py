@@ -16,7 +16,7 @@ from blender_rl_guiding.settings import Machine, Render
 from tests import scenes
 from tests.system.small import SMALL
 
-METHODS = ["--methods", "uniform,dqn", "--spp", 4, "--seeds", 2, "--reference-spp", 128, *SMALL]
+METHODS = ["--methods", "uniform,dqn", "--spp", 4, "--seeds", 2, "--reference-spp", 128, *SMALL, "--dqn.cells", 3]
 
 
 def results(folder: Path) -> dict[str, dict]:
@@ -38,6 +38,7 @@ def test_jobs_change_no_bit(rlg, bundle, tmp_path):
     assert "(4 of 4)" in done.stderr
     assert results(one) == results(two)
     assert len(results(one)) == 4
+    assert all((values["probe"] is not None) == (values["method"] == "dqn") for values in results(two).values())
     for path in one.rglob("image.exr"):
         np.testing.assert_array_equal(read_exr(path)[0], read_exr(two / path.relative_to(one))[0])
 

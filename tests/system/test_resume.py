@@ -12,7 +12,7 @@ from blender_rl_guiding.scene.bundle import save
 from tests import scenes
 from tests.system.small import SMALL
 
-TIMES = {"seconds", "learn_seconds"}
+TIMES = {"seconds", "learn_seconds", "train_seconds", "infer_seconds"}
 COMPARE = ["--methods", "uniform,dqn", "--spp", "8", "--seeds", "2", "--reference-spp", "256", *SMALL]
 
 

@@ -1,0 +1,87 @@
+"""Hemispheres as discs: seen from outside along the normal, equal areas for equal solid angles, so that all patches are of one size.
+
+The centre is the normal, the rim the horizon, to the right the tangent, up the bitangent; a direction at cos(theta) stands at the
+radius sqrt(1 - cos(theta)) (Lambert's azimuthal projection).
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from .charts import Axis
+from .pictures import COLOURS
+
+DECADES = 4.0  # of a scale, at most: what is darker is black
+SMOOTH = 3  # points along each side of a pixel
+_LABELS = 5  # below a bar of colours, at most
+
+
+def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
+    """A logarithmic scale for all: up to the brightest patch, down to all but the darkest hundredth, or by `DECADES`."""
+    values = np.concatenate([np.ravel(h) for h in hemispheres])
+    positive = values[values > 0]
+    if not len(positive):
+        return Axis(True, -1.0, 0.0)
+    high = math.log10(positive.max())
+    return Axis(True, min(max(math.log10(np.percentile(positive, 1)), high - DECADES), high - 1.0), high)
+
+
+def labels(axis: Axis) -> list[float]:
+    """The axis' ticks, thinned out until there is room for them."""
+    ticks = axis.ticks()
+    return ticks[:: -(-len(ticks) // _LABELS)]
+
+
+def picture(values: np.ndarray, axis: Axis, size: int) -> np.ndarray:
+    """A hemisphere (rows, columns), row 0 at the horizon, in false colours: (size, size, 4) uint8, sRGB codes and coverage."""
+    rows, columns = values.shape
+    place = (np.arange(SMOOTH * size) + 0.5) / (SMOOTH * size) * 2 - 1
+    x, y = place[None, :], -place[:, None]
+    squared = x * x + y * y
+    row = np.clip(((1 - squared) * rows).astype(int), 0, rows - 1)
+    column = np.minimum((np.arctan2(y, x) / (2 * np.pi) % 1 * columns).astype(int), columns - 1)
+    rgba = np.dstack([_colours(values, axis)[row, column], 255 * (squared <= 1)])
+    return np.rint(rgba.reshape(size, SMOOTH, size, SMOOTH, 4).mean(axis=(1, 3))).astype(np.uint8)
+
+
+def _colours(values: np.ndarray, axis: Axis) -> np.ndarray:
+    along = (np.log10(np.maximum(values, 1e-30)) - axis.low) / (axis.high - axis.low)
+    return COLOURS[np.rint(along.clip(0, 1) * (len(COLOURS) - 1)).astype(int)]
+
+
+def averaged(fine: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """The means of a hemisphere over other patches, (rows, columns); a patch that a border cuts counts to both sides by its share."""
+    return _shares(rows, fine.shape[0]) @ fine @ _shares(columns, fine.shape[1]).T
+
+
+def _shares(coarse: int, fine: int) -> np.ndarray:
+    """How much of each of `coarse` equal intervals each of `fine` ones fills, (coarse, fine)."""
+    ends = np.arange(coarse)[:, None] / coarse, np.arange(fine)[None, :] / fine
+    overlap = np.minimum(ends[0] + 1 / coarse, ends[1] + 1 / fine) - np.maximum(*ends)
+    return overlap.clip(0) * coarse
+
+
+def relative_error(q: np.ndarray, truth: np.ndarray) -> float:
+    """mean |Q - truth| / mean truth, over the patches of Q; where nothing arrives 0 or infinite."""
+    expected = averaged(truth, *q.shape)
+    off, mean = float(np.abs(q - expected).mean()), float(expected.mean())
+    return off / mean if mean else (math.inf if off else 0.0)
+
+
+def verdict(q: np.ndarray, truth: np.ndarray, nee: bool) -> str:
+    """How far off Q is; with next-event estimation (NEE) it is not meant to be the truth."""
+    return "what NEE leaves" if nee else f"off by {100 * relative_error(q, truth):.0f}\N{NO-BREAK SPACE}%"
+
+
+def direction(vector: Sequence[float]) -> str:
+    """A unit vector of the world by its axis, "+x", or as numbers."""
+    nearest = int(np.argmax(np.abs(vector)))
+    if abs(vector[nearest]) > 0.9999:
+        return f"{'-+'[vector[nearest] > 0]}{'xyz'[nearest]}"
+    return f"({', '.join(f'{component:.2f}' for component in vector)})"
+
+
+def caption(scene: str, pixel: Sequence[int], right: Sequence[float], up: Sequence[float]) -> str:
+    """Where a hemisphere is and how it is turned, in a line."""
+    return f"{scene}, pixel ({pixel[0]}, {pixel[1]}); seen along the normal, right is {direction(right)}, up is {direction(up)}"

@@ -1,0 +1,81 @@
+"""What a guide has learnt, as pictures: the states of its table over the image, and Q at one point beside the truth."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError, atomic
+from ..guiding.cells import CellTable
+from ..guiding.directions import UNKNOWN
+from ..images import png
+from ..render import Result
+from ..scene.data import SceneData
+from ..settings import Guide as GuideSettings
+from ..settings import Machine, Render
+from . import discs, probe, truth
+from .disc_figure import Disc, Group, figure
+
+GREY, WHITE, BLACK = 128, 255, 0
+_SIDE = 1.9  # inches
+
+
+def check(guide: GuideSettings) -> None:
+    """InputError on a guide that has nothing to show."""
+    if not probe.learns(guide):
+        raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose qtable, dqn or a preset of theirs")
+
+
+def find(scene: SceneData, asked: Sequence[int] | None, machine: Machine) -> probe.Point:
+    """The point to inspect. InputError where the pixel lies outside of the image, or sees no surface that reflects."""
+    pixel = probe.pixel_of(scene, asked)
+    if point := probe.find(scene, pixel, machine):
+        return point
+    raise InputError(f"pixel {pixel} of scene {scene.name!r} sees no surface that reflects: name another by --pixel X Y")
+
+
+def write(folder: Path, scene: SceneData, point: probe.Point, settings: Render, machine: Machine, result: Result) -> list[Path]:
+    """Make states.png and q.png; returns their paths. InputError where the folder cannot be written."""
+    guide = result.guide
+    assert isinstance(guide, probe.Learner)
+    arriving = truth.arriving(scene, point, settings.max_bounces, machine)
+    q, chances = probe.learnt(guide, point), probe.chances(guide, point)
+    with atomic(folder / "states.png") as part:
+        part.write_bytes(png(states(probe.view(scene, machine), guide.cells)))
+    caption = discs.caption(scene.name, point.pixel, *truth.frame(scene, point))
+    with atomic(folder / "q.png") as part:
+        figure(_groups(arriving, q, chances, settings), caption, _SIDE).savefig(part, dpi=200)
+    return [folder / "states.png", folder / "q.png"]
+
+
+def states(view: probe.View, cells: CellTable) -> np.ndarray:
+    """Each cell of the table in a colour of its own, (H, W, 3) uint8; emitters white, black where nothing reflects, grey without a cell."""
+    shape = view.emits.shape
+    rows = cells.rows(view.position.reshape(-1, 3), view.normal.reshape(-1, 3)).reshape(shape)
+    picture = _colours(rows)
+    picture[rows == UNKNOWN] = GREY
+    picture[~view.reflects] = BLACK
+    picture[view.emits] = WHITE
+    return picture
+
+
+def _colours(rows: np.ndarray) -> np.ndarray:
+    """A colour for each number, (..., 3) uint8: below 2^24 never one for two, because each step can be undone."""
+    x = rows.astype(np.uint64) & 0xFFFFFF
+    for factor in (0x9E3779, 0x85EBCB):
+        x = (x ^ (x >> 12)) * factor & 0xFFFFFF
+    x ^= x >> 12
+    return np.stack([x >> 16, x >> 8 & 0xFF, x & 0xFF], axis=-1).astype(np.uint8)
+
+
+def _groups(arriving: np.ndarray, q: np.ndarray | None, chances: np.ndarray | None, settings: Render) -> list[Group]:
+    """The truth, and beside it what is known of the cell."""
+    radiance = [Disc(f"truth\n{arriving.shape[0]} x {arriving.shape[1]} directions", arriving)]
+    if q is None or chances is None:
+        return [Group(radiance, discs.scale([arriving]), "radiance that arrives")]
+    radiance.append(Disc(f"Q of {settings.guide.kind}\n{discs.verdict(q, arriving, settings.nee)}", q))
+    drawn = Disc(f"directions drawn\n{q.shape[0]} x {q.shape[1]} patches", 100 * chances)
+    return [
+        Group(radiance, discs.scale([arriving, q]), "radiance that arrives"),
+        Group([drawn], discs.scale([drawn.values]), "probability of a patch, %"),
+    ]

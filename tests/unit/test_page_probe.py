@@ -1,0 +1,58 @@
+"""What is learnt, in the report: shown beside the truth where both are of one point, and left out by name where not."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments.page import page
+from blender_rl_guiding.experiments.results import load
+from tests.unit.test_report import make_experiment
+
+
+def add_probe(folder: Path, pixels: dict[str, tuple[int, int]], nee: tuple[str, ...] = ()) -> None:
+    """A truth at pixel (3, 4) of c1, twice as bright towards +x; what methods have learnt, of their pixels: 1 from everywhere."""
+    truth = {
+        "scene_key": "ab" * 32, "pixel": (3, 4), "max_bounces": -1, "spp": 128, "position": (0.5, -1, 0), "normal": (0, 0, 1),
+        "right": (1, 0, 0), "up": (0, 1, 0), "patches": (2, 4), "radiance": [2, 1, 1, 2, 2, 1, 1, 2],
+    }  # fmt: skip
+    (folder / "c1" / "probe.json").write_text(json.dumps(truth))
+    for method, pixel in pixels.items():
+        path = folder / "c1" / method / "seed-0" / "result.json"
+        values = json.loads(path.read_text())
+        values["settings"]["nee"] = method in nee
+        values["settings"]["guide"] |= {"rows": 2, "columns": 2}
+        path.write_text(json.dumps(values | {"probe": {"pixel": pixel, "rows": 2, "columns": 2, "q": [1, 1, 1, 1]}}))
+
+
+def test_what_is_learnt_is_shown_beside_the_truth(tmp_path: Path):
+    make_experiment(tmp_path)
+    add_probe(tmp_path, {"bsdf": (3, 4), "dqn": (3, 4)}, nee=("bsdf",))
+    text = page(load(tmp_path))
+    assert text.count("<img class=disc ") == 3
+    assert "<b>dqn</b><br>2 × 2, off by 33\N{NO-BREAK SPACE}%" in text
+    assert "<b>bsdf</b><br>2 × 2, what NEE leaves" in text
+    assert "the point (0.50, -1.00, 0.00) that pixel (3, 4) sees" in text
+    assert "right is +x of the world, up +y" in text
+    assert "No picture of" not in text
+
+
+def test_what_was_learnt_elsewhere_is_not_shown(tmp_path: Path):
+    make_experiment(tmp_path)
+    add_probe(tmp_path, {"bsdf": (3, 5), "dqn": (3, 4)})
+    text = page(load(tmp_path))
+    assert text.count("<img class=disc ") == 2
+    assert "No picture of bsdf" in text
+
+
+def test_without_truth_there_is_no_such_picture(tmp_path: Path):
+    assert "What is learnt" not in page(load(make_experiment(tmp_path)))
+
+
+@pytest.mark.parametrize(("content", "message"), [("{", "not JSON"), ('{"pixel": [1, 2]}', "not a probe")])
+def test_damage_is_told(tmp_path: Path, content: str, message: str):
+    make_experiment(tmp_path, seeds=1)
+    (tmp_path / "c1" / "probe.json").write_text(content)
+    with pytest.raises(InputError, match=rf"probe\.json: {message}"):
+        load(tmp_path)
