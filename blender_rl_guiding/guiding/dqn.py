@@ -54,17 +54,23 @@ class DQNGuide:
         return self._directions
 
     def wanted(self) -> int:
-        return self._settings.recorded
+        return self._settings.recorded if self._steps_to_do() > 0 else 0
+
+    def _steps_to_do(self) -> int:
+        """Training steps after the next pass, if there is enough to learn from by then."""
+        s = self._settings
+        return min(s.steps if self._steps else s.first_steps, s.max_steps - self._steps)
 
     def learn(self, transitions: Transitions) -> dict[str, Any]:
         """Remember the pass, train, and lay the network out as a table."""
-        settings = self._settings
+        settings, steps = self._settings, self._steps_to_do()
+        if steps <= 0:
+            return {}  # a cell more would have no row in the table
         self.cells.insert(transitions.position, transitions.normal)
         self._memory.add(transitions)
         if self._scale == 0.0 and transitions.reward.any():
             self._scale = MEAN_REWARD / float(transitions.reward.mean()) if settings.normalise else 1.0
-        steps = min(settings.steps if self._steps else settings.first_steps, settings.max_steps - self._steps)
-        if self._scale == 0.0 or len(self._memory) < settings.learning_starts or steps <= 0:
+        if self._scale == 0.0 or len(self._memory) < settings.learning_starts:
             return {}
         start = time.perf_counter()
         losses = [self._train(self._memory.sample(settings.batch, self._rng)) for _ in range(steps)]

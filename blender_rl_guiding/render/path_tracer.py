@@ -122,11 +122,11 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
 
         # --- emission, weighed against next-event estimation ---------------------------------------------------------------
         if luminance(emitted) > F(0):
-            weight = F(1)
+            mis = F(1)
             if limits.nee and pdf > F(0):
                 pdf_light = stage.lights.pdf_area[shader] * travelled * travelled / dot(ng, wo)
-                weight = pdf / (pdf + pdf_light)
-            light = add(light, scale(emitted, weight))
+                mis = pdf / (pdf + pdf_light)
+            light = add(light, scale(emitted, mis))
         L = add(L, multiply(beta, light))
         reward += through * luminance(light)
         if features:

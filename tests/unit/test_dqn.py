@@ -146,7 +146,10 @@ def test_learning_waits_for_transitions_and_for_light():
     assert guide.directions().bsdf_fraction == np.float32(0.3)
     assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 3 + 4
     assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 8  # max_steps
-    assert guide.learn(transitions(np.full(5, 1.0), np.ones(5))) == {}
+    assert guide.wanted() == 0
+    elsewhere = np.full((5, 3), 0.9)
+    assert guide.learn(transitions(np.full(5, 1.0), np.ones(5), positions=elsewhere)) == {}
+    assert guide.cells.count == len(guide.directions().cdf)  # no cell without a row
 
 
 @pytest.mark.parametrize("weights", ["radiance", "product"])
