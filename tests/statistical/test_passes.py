@@ -18,12 +18,15 @@ OPEN = scenes.look((0, 0, 0), (0, 1, 0), 90, 8, 8)
 
 
 @pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
-@pytest.mark.parametrize("guide", [BSDF(), Uniform()], ids=lambda guide: guide.kind)
-def test_emission_and_direct_light_are_what_fewer_bounces_give(guide, nee):
+@pytest.mark.parametrize(
+    ("guide", "emphasis"), [(BSDF(), 0.0), (Uniform(), 0.0), (BSDF(), 0.5)], ids=lambda value: getattr(value, "kind", value)
+)
+def test_emission_and_direct_light_are_what_fewer_bounces_give(guide, emphasis, nee):
     """Streams do not depend on the depth limit, so that a shorter render has the very same paths, cut off."""
     scene = studio(24)
-    image, emission, direct = (render(scene, Render(spp=SPP, max_bounces=n, nee=nee, guide=guide), MACHINE).image for n in (5, 0, 1))
-    result = render(scene, Render(spp=SPP, max_bounces=5, nee=nee, guide=guide, passes=True), MACHINE)
+    settings = Render(spp=SPP, max_bounces=5, nee=nee, emphasis=emphasis, guide=guide)
+    image, emission, direct = (render(scene, replace(settings, max_bounces=n), MACHINE).image for n in (5, 0, 1))
+    result = render(scene, replace(settings, passes=True), MACHINE)
     layers = result.film.layers()
     np.testing.assert_array_equal(result.image, image)  # passes change nothing
     np.testing.assert_allclose(layers["Emission"], emission, rtol=1e-5, atol=1e-6)
