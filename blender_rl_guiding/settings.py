@@ -94,7 +94,6 @@ class DQN(Settings):
     first_steps: int = setting(300, "Training steps the first time, when there is most to learn.", min=0, max=100_000)
     steps: int = setting(24, "Training steps after each further sample per pixel.", min=0, max=100_000)
     max_steps: int = setting(100_000, "Training steps in all.", min=0, max=10_000_000)
-    normalise: bool = setting(True, "Scale rewards to a mean of 0.1, so that the settings suit scenes of any brightness.")
     optimiser: Literal["adam", "sgd"] = setting("adam", "Adam, or plain gradient descent.")
     learning_rate: float = setting(1e-2, "Step size at the start.", min=1e-8, max=10.0)
     schedule: Literal["exponential", "cosine"] = setting(
@@ -141,12 +140,11 @@ def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, 
         weights="radiance",
         bsdf_fraction=0.0,
         error="squared",
-        normalise=False,
         recorded=120_000,
         memory=120_000,
         learning_starts=100_000,
         batch=8_192,
-        # How many steps follow a sample is not published. 32, or 1,000 in all, bring c1 from 0.256 to 0.233 in three times the time.
+        # How many steps follow a sample is not published; 32, or 1,000 in all, take three times as long.
         first_steps=10,
         steps=10,
         max_steps=1_000,

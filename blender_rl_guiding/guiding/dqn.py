@@ -69,7 +69,7 @@ class DQNGuide:
         self.cells.insert(transitions.position, transitions.normal)
         self._memory.add(transitions)
         if self._scale == 0.0 and transitions.reward.any():
-            self._scale = MEAN_REWARD / float(transitions.reward.mean()) if settings.normalise else 1.0
+            self._scale = MEAN_REWARD / float(transitions.reward.mean())
         if self._scale == 0.0 or len(self._memory) < settings.learning_starts:
             return {}
         start = time.perf_counter()

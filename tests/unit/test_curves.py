@@ -13,8 +13,8 @@ from blender_rl_guiding.experiments.results import Results, Run, Summary
 def run(method: str = "dqn", curve: Any = (), losses: Any = (), guide: Any = None) -> Run:
     return Run(
         folder=Path(), scene="c1", method=method, seed=0, spp=4, seconds=1.0, learn_seconds=0.5, rays=1, metrics={},
-        settings={"guide": guide or {"kind": "dqn", "error": "squared", "normalise": False}}, machine={}, versions={},
-        curve=list(curve), losses=list(losses),
+        settings={"guide": guide or {"kind": "dqn", "error": "squared"}}, machine={}, versions={},
+        curve=list(curve), losses=list(losses), learnt=None,
     )  # fmt: skip
 
 
@@ -42,7 +42,7 @@ def test_many_losses_are_means_of_some_steps_each():
 
 
 def test_losses_of_different_kinds_are_apart():
-    relative = {"kind": "dqn", "error": "relative", "normalise": True}
+    relative = {"kind": "dqn", "error": "relative"}
     runs = (
         run("a", losses=[1.0]), run("b", losses=[1.0]), run("c", losses=[1.0], guide=relative),
         run("d", losses=[1.0], guide={"kind": "qtable"}), run("e", guide={"kind": "uniform"}),
@@ -52,7 +52,7 @@ def test_losses_of_different_kinds_are_apart():
     groups = {unit: [summary.method for summary in found] for unit, found in curves.by_loss(results, "c1").items()}
     assert groups == {
         "squared error": ["a", "b"],
-        "relative error of scaled rewards": ["c"],
+        "relative error": ["c"],
         "loss of qtable": ["d"],
         "squared error with NEE": ["f"],
     }
