@@ -102,12 +102,12 @@ def chances(guide: Guide, point: Point) -> np.ndarray | None:
 
 
 def _cell(guide: Guide, point: Point) -> tuple[Learner, int] | None:
-    """The guide and the row of the point's cell, if it is among those that directions are laid out for."""
+    """The guide and the row of the point's cell, if directions are laid out for any."""
     if not isinstance(guide, Learner):
         return None
     row = int(guide.cells.rows(point.position[None], point.normal[None])[0])
-    table = guide.directions()  # before the first lesson it has one cell, and later perhaps not yet the newest
-    return (guide, row) if row != UNKNOWN and table.cells.per_metre > 0 and row < len(table.cdf) else None
+    taught = guide.directions().cells.per_metre > 0  # before the first lesson it has one cell, which is everywhere
+    return (guide, row) if row != UNKNOWN and taught else None
 
 
 def _grid(guide: Guide) -> tuple[int, int]:

@@ -48,8 +48,9 @@ class CellTable:
 
 @kernel
 def insert_states(cells, position, normal, start, sums, count, rows):
-    """Insert states from `start` on until done or the table is full, and write their `rows`; returns the first not inserted and how many
-    cells there are.
+    """Insert states from `start` on until done or the table is full; returns the first not inserted and the number of cells.
+
+    Writes the row of each state to `rows`, (n,) int32.
     """
     for i in range(start, position.shape[0]):
         x, n = vector(position, i), vector(normal, i)

@@ -34,6 +34,7 @@ class QTableGuide:
         # Of each cell and patch, (C, N) float32: visits, and the means of the targets and of their squares.
         self._visits, self._q, self._squares = nothing, nothing, nothing
         self._arriving = np.zeros(0, np.float32)  # sum_k Q(s, k) cos(theta_k) of each cell, (C,)
+        self._estimate = nothing  # Q with what cells borrow
         self._directions = one_cell(bsdf_fraction=1.0)
 
     @property
@@ -63,15 +64,17 @@ class QTableGuide:
         return {"loss": error / max(1, len(rows)), "cells": self.cells.count}
 
     def q(self) -> np.ndarray:
-        """The estimate of the mean radiance through each patch of each cell, (C, N) float32."""
-        return self._borrowed(self._q, self._parents())
+        """The estimate of the mean radiance through each patch of each cell, (C, N) float32, as of the last pass that saw light."""
+        return self._estimate
 
     def _tabulate(self) -> None:
         s, parents = self._settings, self._parents()
-        q = self._borrowed(self._q, parents)
-        self._arriving = q @ self._cosines
-        weights = np.sqrt(self._borrowed(self._squares, parents)) if s.second_moment else q
-        weights += LEAST * weights.mean(axis=1, keepdims=True)
+        self._estimate = self._borrowed(self._q, parents)
+        self._arriving = np.einsum(
+            "ck,k->c", self._estimate, self._cosines
+        )  # a matrix product's rounding may depend on the machine's threads
+        weights = np.sqrt(self._borrowed(self._squares, parents)) if s.second_moment else self._estimate
+        weights = weights + LEAST * weights.mean(axis=1, keepdims=True)
         if s.weights == "product":
             weights *= self._cosines
         cdf = weights.cumsum(axis=1, dtype=np.float64)
