@@ -18,7 +18,8 @@ _TEMPLATE = Path(__file__).with_name("report_template.html")
 def page(results: Results) -> str:
     """The page's text. InputError where an image is missing or damaged, or differs in size from its reference."""
     scenes = [scene for scene in results.scenes if results.summaries(scene)]
-    sections = [_head(results), page_numbers.beside_published(results, scenes), page_numbers.overall(results, scenes)]
+    overviews = (page_numbers.beside_published, page_numbers.by_encoder, page_numbers.overall)
+    sections = [_head(results), *(overview(results, scenes) for overview in overviews)]
     sections += [*(_scene(results, scene) for scene in scenes), _settings(results), _origin(results)]
     parts = {
         "title": escape(results.name or f"{', '.join(results.methods)} on {', '.join(scenes)}"),

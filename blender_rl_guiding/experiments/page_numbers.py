@@ -1,9 +1,9 @@
-"""The page's tables of errors: over all scenes, of each scene, and beside the published ones."""
+"""The page's tables of errors: over all scenes, of each scene, beside the published ones, and by encoder."""
 
 from collections.abc import Sequence
 from html import escape
 
-from . import numbers, published
+from . import encoders, numbers, published
 from .markup import name_cell, table
 from .results import MEASURES, Results, geometric_mean, ratio
 
@@ -80,3 +80,22 @@ def _published_row(results: Results, row: published.Row) -> str:
     return (
         f"<tr>{name_cell(results, row.method)}<td>{theirs}{their_error}</td><td>{ours}</td><td><span{kind}>{row.verdict}</span></td></tr>"
     )
+
+
+def by_encoder(results: Results, scenes: Sequence[str]) -> str:
+    """What encoders gain, a row for each scene and method; empty where none can be compared."""
+    rows: list[str] = []
+    for scene in scenes:
+        if found := encoders.gains(results, scene):
+            rows.append(f"<tr class=group><th scope=rowgroup colspan=4>{escape(scene)}</th></tr>")
+            rows += [_gain_row(results, gain) for gain in found]
+    note = (
+        "mape_display over that of the method that differs in nothing but that it has no encoder; below it half its 95 % interval, "
+        "as if the runs of both were independent."
+    )
+    return f"<h2>Encoders</h2><p class=note>{note}</p>{table(['', 'against', 'ratio', ''], rows)}" if rows else ""
+
+
+def _gain_row(results: Results, gain: encoders.Gain) -> str:
+    ratio = f"{numbers.times(gain.ratio.mean)}<small>{numbers.margin(gain.ratio)}</small>"
+    return f"<tr>{name_cell(results, gain.method)}<td>{escape(gain.plain)}</td><td>{ratio}</td><td>{gain.verdict}</td></tr>"
