@@ -1,11 +1,36 @@
 """The render engine RL Guided: what Blender calls on F12, and the only place that sees a depsgraph in render mode."""
 
+import tempfile
+from pathlib import Path
+from typing import Any
+
 import bpy
+import numpy as np
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.schema import to_dict
+from blender_rl_guiding.settings import Render
 
+from . import environment, worker_client
 from .export.scene import export
+from .properties import read
+
+LOOK = 0.05  # seconds between two looks at whether the user wants to stop
+# What a render hands over beside the image: the channels of each pass, and what they are.
+PASSES = {
+    "Albedo": ("RGB", "COLOR"),
+    "Normal": ("XYZ", "VECTOR"),
+    "Depth": ("Z", "VALUE"),
+    "Position": ("XYZ", "VECTOR"),
+    "Emission": ("RGB", "COLOR"),
+    "Direct": ("RGB", "COLOR"),
+    "Indirect": ("RGB", "COLOR"),
+    "Variance": ("RGB", "COLOR"),
+    "Sample Count": ("X", "VALUE"),
+}
+NOISY = ("RGBA", "COLOR")  # the pass "Noisy Image", where the image is denoised
 
 
 class Exporter(bpy.types.RenderEngine):
@@ -13,25 +38,89 @@ class Exporter(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         try:
-            self.deliver(export(depsgraph))
+            self.work(depsgraph)
         except InputError as error:
             self.report({"ERROR"}, str(error))  # unlike error_set, this fails the operator, too
 
+    def work(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Do all that a render takes. InputError ends it, and Blender shows its line."""
+        self.deliver(export(depsgraph))
+
     def deliver(self, scene: SceneData) -> None:
-        """Do with the scene what the engine is for. InputError ends the render, and Blender shows its line."""
+        """Do with the scene what the engine is for. InputError as in `work`."""
         raise NotImplementedError
 
 
 class RLGuided(Exporter):
-    """The engine of the user's menu; rendering inside Blender is still to come."""
+    """The engine of the user's menu: renders in a process of its own and shows the image as it grows."""
 
     bl_idname = "RL_GUIDED"
     bl_label = "RL Guided"
+    bl_use_eevee_viewport = True  # Material Preview; for pictures of materials Blender itself takes EEVEE
 
-    def deliver(self, scene: SceneData) -> None:
-        raise InputError(
-            f"'{scene.name}' can be rendered, but not inside Blender yet: save it and run `rlg render FILE.blend --out FOLDER`"
-        )
+    def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
+        """What the compositor can connect to."""
+        for name, (channels, kind) in _passes(read(scene.rl_guiding, Render)).items():
+            self.register_pass(scene, view_layer, name, len(channels), channels, kind)
+
+    def work(self, depsgraph: bpy.types.Depsgraph) -> None:
+        settings = read(depsgraph.scene.rl_guiding, Render)
+        job = {"settings": to_dict(settings), "machine": _machine(depsgraph.scene.render)}
+        with worker_client.borrowed(environment.python()) as worker, tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+            worker.send("prepare", **job)
+            self.update_stats("", "Exporting the scene")
+            scene = export(depsgraph)
+            bundle, frames = Path(folder, "scene.npz"), Path(folder, "frames")
+            save(scene, bundle)
+            for name, (channels, _) in _passes(settings).items():
+                if name != "Combined":
+                    self.add_pass(name, len(channels), channels, layer=depsgraph.view_layer.name)
+            worker.send("render", bundle=str(bundle), frames=str(frames), **job)
+            self._follow(worker, frames, scene.camera.width, scene.camera.height, depsgraph.view_layer.name)
+
+    def _follow(self, worker: worker_client.Worker, frames: Path, width: int, height: int, layer: str) -> None:
+        """Show what the renderer tells until it is done, or the user has enough."""
+        while not self.test_break():
+            event = worker.event(LOOK)
+            kind = event["event"] if event else ""
+            if kind == "status":
+                self.update_stats("", event["text"])
+            elif kind == "pass":
+                self.update_progress(event["samples"] / event["of"])
+                self.update_stats("", status_line(event))
+            if kind == "done" or (kind == "pass" and event["shown"]):
+                self._show(frames, width, height, layer)
+            if kind == "done":
+                return
+        worker.end()
+
+    def _show(self, frames: Path, width: int, height: int, layer: str) -> None:
+        """Take over every pass that there is by now."""
+        result = self.begin_result(0, 0, width, height, layer=layer)
+        for target in result.layers[0].passes:
+            if (path := frames / f"{target.name}.npy").exists():
+                target.rect.foreach_set(np.load(path, allow_pickle=False).ravel())
+        self.end_result(result)
+
+
+def status_line(event: dict[str, Any]) -> str:
+    """What Blender shows beside its own "Frame, Time": samples, what is learnt, and the time that is left."""
+    parts = [f"Sample {event['samples']}/{event['of']}"]
+    learning = event["learning"]
+    parts += [f"{learning['steps']} steps"] if "steps" in learning else []
+    parts += [f"loss {learning['loss']:.3g}"] if "loss" in learning else []
+    minutes, seconds = divmod(round(event["left"]), 60)
+    return " | ".join([*parts, f"Remaining {minutes:02}:{seconds:02}"])
+
+
+def _passes(settings: Render) -> dict[str, tuple[str, str]]:
+    """The passes of a render with these settings, the image first."""
+    return {"Combined": ("RGBA", "COLOR")} | (PASSES if settings.passes else {}) | ({"Noisy Image": NOISY} if settings.denoise else {})
+
+
+def _machine(render: bpy.types.RenderSettings) -> dict[str, int]:
+    """Blender's own number of threads, if the user has fixed it."""
+    return {"threads": render.threads} if render.threads_mode == "FIXED" else {}
 
 
 def register() -> None:
@@ -42,3 +131,4 @@ def register() -> None:
 def unregister() -> None:
     """Undo `register`."""
     bpy.utils.unregister_class(RLGuided)
+    worker_client.end_all()

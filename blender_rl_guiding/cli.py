@@ -17,7 +17,7 @@ from rich.console import Console
 from . import __version__, schema
 from .errors import InputError, check_writable
 from .experiments.catalogue import CATALOGUE, chosen
-from .experiments.progress import Progress
+from .experiments.progress import Progress, Terminal
 from .flags import add_blender, add_experiment, add_flags, add_render, chosen_methods, given, positive, render_settings
 from .settings import PRESETS, Machine, Render
 
@@ -54,7 +54,7 @@ def _leave(reason: str) -> NoReturn:
 def _export(options: argparse.Namespace) -> None:
     from .scene.blend import export
 
-    with Progress() as progress, progress.bar(f"exporting {options.scene.name}", 1):
+    with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict)
     for loss in coverage:
         print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
@@ -72,7 +72,7 @@ def _inspect(options: argparse.Namespace) -> None:
     settings, machine = render_settings(options), _machine(options)
     inspection.check(settings.guide)
     scene, point, result = _traced(options, settings, lambda scene: inspection.find(scene, options.pixel, machine))
-    with Progress() as progress, progress.bar("measuring what arrives", 1):
+    with Terminal() as progress, progress.bar("measuring what arrives", 1):
         pictures = inspection.write(options.out, scene, point, settings, machine, result)
     for path in (options.out / "image.exr", *pictures):
         print(path)
@@ -85,7 +85,7 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
     """
     machine, interrupted = _machine(options), False
     check_writable(options.out)
-    with Progress() as progress, _opening(options.scene, options, progress) as opened:
+    with Terminal() as progress, _opening(options.scene, options, progress) as opened:
         # While Blender exports: importing and loading take as long.
         from .experiments.probe import described
         from .experiments.runs import save_run
@@ -120,7 +120,7 @@ def _compare(options: argparse.Namespace) -> None:
     methods = chosen_methods(options)
     check_writable(options.out)
     first = next(iter(methods.values())).seed
-    with Progress() as progress:
+    with Terminal() as progress:
         experiment = Experiment(
             folder=options.out,
             scenes=tuple(_open(path, options, progress) for path in options.scenes),
@@ -140,7 +140,7 @@ def _sweep(options: argparse.Namespace) -> None:
     entries = {name: CATALOGUE[name] for name in chosen(options.names)}
     paths = {scene: _scene_file(options.scenes, scene) for entry in entries.values() for scene in entry.scenes}
     check_writable(options.out)
-    with Progress() as progress:
+    with Terminal() as progress:
         scenes = {name: _open(path, options, progress) for name, path in paths.items()}
         experiments = [
             Experiment(

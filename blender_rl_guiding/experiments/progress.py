@@ -1,17 +1,29 @@
 """What long work shows: a bar with an estimate on a terminal, a line for each finished step everywhere."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from types import TracebackType
-from typing import Self
+from typing import Protocol, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
 
-class Progress:
-    """Writes to stderr, so that stdout holds results alone. Use as a context manager."""
+class Progress(Protocol):
+    """Who is told how far long work is."""
+
+    def note(self, text: str) -> None:
+        """A line that stays."""
+        ...
+
+    def bar(self, description: str, total: float) -> AbstractContextManager[Callable[..., None]]:
+        """A bar for the length of the block; call what it yields with the number done so far, and with `total` or `description` anew."""
+        ...
+
+
+class Terminal:
+    """Progress on stderr, so that stdout holds results alone. Use as a context manager."""
 
     def __init__(self) -> None:
         self.console = Console(stderr=True, highlight=False)
@@ -28,12 +40,12 @@ class Progress:
             self._bars.stop()
 
     def note(self, text: str) -> None:
-        """A line that stays; one line, too, where it goes into a file."""
+        """See `Progress`; one line, too, where it goes into a file."""
         self.console.print(text, markup=False, soft_wrap=True)
 
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
-        """A bar for the length of the block; call what it yields with the number done so far, and with `total` or `description` anew."""
+        """See `Progress`."""
         task = self._bars.add_task(description, total=total)
         try:
             yield lambda done, **anew: self._bars.update(task, completed=done, **anew)

@@ -80,7 +80,9 @@ class Film:
         return layers
 
     def alpha(self) -> np.ndarray:
-        """Share of each pixel that is not the transparent world, (height, width) float32; needs passes."""
+        """Share of each pixel that is not the transparent world, (height, width) float32; 1 where there are no passes to tell."""
+        if not len(self.sums.passes):
+            return np.ones(self.shape[:2], np.float32)
         return (1 - self.sums.passes[:, ALPHA] / self._divisor()[:, 0]).astype(np.float32).reshape(self.shape[:2])
 
     def _divisor(self) -> np.ndarray:

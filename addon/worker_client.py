@@ -1,0 +1,122 @@
+"""The renderer as a child process, as `blender_rl_guiding.worker` describes it: starts it, speaks lines of JSON with it, ends it."""
+
+import json
+import queue
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from blender_rl_guiding import __version__
+from blender_rl_guiding.errors import InputError
+
+
+class Worker:
+    """One renderer; what goes wrong with it is an InputError with a line for the user."""
+
+    def __init__(self, python: Path) -> None:
+        self.python = python
+        self._complaints = tempfile.TemporaryFile()  # a pipe that nobody reads would fill up
+        pipe = subprocess.PIPE
+        try:
+            # Isolated (-I) from the variables by which Blender, or the user, tells another Python what to import. A session of its
+            # own, so that Ctrl-C in Blender's terminal is Blender's.
+            self._child = subprocess.Popen(
+                [str(python), "-I", "-m", "blender_rl_guiding.worker"],
+                stdin=pipe, stdout=pipe, stderr=self._complaints, text=True, encoding="utf-8", start_new_session=True,
+            )  # fmt: skip
+        except OSError as error:
+            raise InputError(f"cannot start the renderer, {python}: {error.strerror or error}") from error
+        self._events: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can be given another job."""
+        return self._child.poll() is None
+
+    def send(self, job: str, **values: Any) -> None:
+        """Give it a job; jobs are done one after the other."""
+        assert self._child.stdin
+        try:
+            self._child.stdin.write(json.dumps({"job": job, **values}) + "\n")
+            self._child.stdin.flush()
+        except OSError as error:
+            raise InputError(self._death()) from error
+
+    def event(self, timeout: float) -> dict[str, Any] | None:
+        """The next event, or None if there was none for so many seconds. InputError where it failed or died."""
+        try:
+            event = self._events.get(timeout=timeout)
+        except queue.Empty:
+            return None
+        if event is None:
+            self._events.put(None)
+            raise InputError(self._death())
+        if event["event"] == "error":
+            raise InputError(event["text"])
+        if event["event"] == "ready" and event["version"] != __version__:
+            raise InputError(
+                f"the renderer {self.python} is version {event['version']}, this add-on {__version__}: update both (./build.sh setup)"
+            )
+        return event
+
+    def end(self) -> None:
+        """End it at once, whatever it is doing."""
+        self._child.kill()
+        self._child.wait()
+
+    def _listen(self) -> None:
+        assert self._child.stdout
+        for line in self._child.stdout:
+            self._events.put(json.loads(line))
+        self._events.put(None)
+
+    def _death(self) -> str:
+        """Why it is not there any more, by its status and the last line that it wrote."""
+        status = self._child.wait()
+        self._complaints.seek(0)
+        said = self._complaints.read().decode("utf-8", "replace").strip().splitlines()
+        how = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        why = said[-1] if said else "too little memory?" if status == -getattr(signal, "SIGKILL", 9) else "it gave no reason"
+        return f"the renderer {how}: {why}"
+
+
+@contextmanager
+def borrowed(python: Path) -> Iterator[Worker]:
+    """A renderer for the length of the block: the last one if it is still warm, which saves each frame of an animation two seconds.
+
+    It is ended where the block fails.
+    """
+    worker = _warm(python) or Worker(python)
+    try:
+        yield worker
+    except BaseException:
+        worker.end()
+        raise
+    if worker.alive:
+        _SPARE.append((time.monotonic(), worker))
+
+
+_SPARE: list[tuple[float, Worker]] = []  # since when each has nothing to do
+_WARM = 45.0  # seconds; a renderer ends by itself after sixty without a job
+
+
+def _warm(python: Path) -> Worker | None:
+    while _SPARE:
+        since, worker = _SPARE.pop()
+        if worker.python == python and worker.alive and time.monotonic() - since < _WARM:
+            return worker
+        worker.end()
+    return None
+
+
+def end_all() -> None:
+    """End the renderers that have nothing to do."""
+    while _SPARE:
+        _SPARE.pop()[1].end()
