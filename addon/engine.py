@@ -82,15 +82,14 @@ class RLGuided(Exporter):
         """Show what the renderer tells until it is done, or the user has enough."""
         while not self.test_break():
             event = worker.event(LOOK)
-            kind = event["event"] if event else ""
-            if kind == "status":
+            if event["event"] == "status":
                 self.update_stats("", event["text"])
-            elif kind == "pass":
+            elif event["event"] == "pass":
                 self.update_progress(event["samples"] / event["of"])
                 self.update_stats("", status_line(event))
-            if kind == "done" or (kind == "pass" and event["shown"]):
+            if event["event"] == "done" or event.get("shown"):
                 self._show(frames, width, height, layer)
-            if kind == "done":
+            if event["event"] == "done":
                 return
         worker.end()
 

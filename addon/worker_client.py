@@ -8,7 +8,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ class Worker:
 
     def __init__(self, python: Path) -> None:
         self.python = python
-        self._complaints = tempfile.TemporaryFile()  # a pipe that nobody reads would fill up
+        self._complaints = tempfile.TemporaryFile()  # noqa: SIM115  # as long as the child; a pipe that nobody reads would fill up
         pipe = subprocess.PIPE
         try:
             # Isolated (-I) from the variables by which Blender, or the user, tells another Python what to import. A session of its
@@ -31,7 +31,9 @@ class Worker:
                 stdin=pipe, stdout=pipe, stderr=self._complaints, text=True, encoding="utf-8", start_new_session=True,
             )  # fmt: skip
         except OSError as error:
+            self._complaints.close()
             raise InputError(f"cannot start the renderer, {python}: {error.strerror or error}") from error
+        self._end_of_life = ""
         self._events: queue.Queue[dict[str, Any] | None] = queue.Queue()
         threading.Thread(target=self._listen, daemon=True).start()
 
@@ -43,18 +45,20 @@ class Worker:
     def send(self, job: str, **values: Any) -> None:
         """Give it a job; jobs are done one after the other."""
         assert self._child.stdin
+        if not self.alive:
+            raise InputError(self._death())
         try:
             self._child.stdin.write(json.dumps({"job": job, **values}) + "\n")
             self._child.stdin.flush()
         except OSError as error:
             raise InputError(self._death()) from error
 
-    def event(self, timeout: float) -> dict[str, Any] | None:
-        """The next event, or None if there was none for so many seconds. InputError where it failed or died."""
+    def event(self, timeout: float) -> dict[str, Any]:
+        """The next event, or {"event": "none"} if there was none for so many seconds. InputError where it failed or died."""
         try:
             event = self._events.get(timeout=timeout)
         except queue.Empty:
-            return None
+            return {"event": "none"}
         if event is None:
             self._events.put(None)
             raise InputError(self._death())
@@ -69,21 +73,31 @@ class Worker:
     def end(self) -> None:
         """End it at once, whatever it is doing."""
         self._child.kill()
-        self._child.wait()
+        self._death()
 
     def _listen(self) -> None:
         assert self._child.stdout
-        for line in self._child.stdout:
-            self._events.put(json.loads(line))
+        with self._child.stdout as lines:
+            for line in lines:
+                self._events.put(json.loads(line))
         self._events.put(None)
 
     def _death(self) -> str:
         """Why it is not there any more, by its status and the last line that it wrote."""
+        if not self._complaints.closed:
+            self._end_of_life = self._read_death()
+        return self._end_of_life
+
+    def _read_death(self) -> str:
         status = self._child.wait()
-        self._complaints.seek(0)
-        said = self._complaints.read().decode("utf-8", "replace").strip().splitlines()
+        assert self._child.stdin
+        with suppress(OSError):  # what it did not read
+            self._child.stdin.close()
+        with self._complaints as file:
+            file.seek(0)
+            said = file.read().decode("utf-8", "replace").strip().splitlines()
         how = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
-        why = said[-1] if said else "too little memory?" if status == -getattr(signal, "SIGKILL", 9) else "it gave no reason"
+        why = said[-1] if said else "too little memory?" if how.endswith("SIGKILL") else "it gave no reason"
         return f"the renderer {how}: {why}"
 
 

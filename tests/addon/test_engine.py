@@ -1,0 +1,150 @@
+"""F12: the renderer's bits in Blender's passes, one line for what goes wrong, nothing left behind."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+import numpy as np
+import OpenEXR
+import pytest
+
+from addon import engine, environment, worker_client
+from addon.engine import PASSES, status_line
+from addon.properties import write
+from blender_rl_guiding.render import render
+from blender_rl_guiding.render.denoise import denoised
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.settings import QTable, Render
+
+from .conftest import Export
+
+SETTINGS = Render(spp=3, nee=True, guide=QTable(recorded=3000))
+
+
+@pytest.fixture
+def lit(scene: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch) -> Iterator[bpy.types.Scene]:
+    """A cube under a grey world before the camera, to be rendered by the engine of the menu."""
+    bpy.ops.mesh.primitive_cube_add(location=(0, 0, -4), rotation=(0.5, 0.4, 0.3))
+    monkeypatch.setattr(environment, "python", lambda: Path(sys.executable))
+    yield scene
+    worker_client.end_all()
+
+
+def f12(scene: bpy.types.Scene, folder: Path) -> dict[str, np.ndarray]:
+    """Render by the engine of the menu; the layers' passes as Blender saves them, top row first."""
+    scene.render.engine = "RL_GUIDED"
+    if bpy.app.version >= (5, 0):
+        scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.filepath = str(folder / "f12.exr")
+    bpy.ops.render.render(write_still=True)
+    with OpenEXR.File(str(folder / "f12.exr"), separate_channels=True) as file:
+        channels = {name: channel.pixels for part in file.parts for name, channel in part.channels.items()}
+    passes: dict[str, list[np.ndarray]] = {}
+    for name in sorted(channels, key=lambda name: (name.rpartition(".")[0], "RXGYBZA".index(name[-1]))):
+        passes.setdefault(name.rpartition(".")[0], []).append(channels[name])
+    return {name: np.dstack(parts).squeeze() for name, parts in passes.items()}
+
+
+def of(exported: SceneData, settings: Render):
+    return render(exported, settings).film
+
+
+@pytest.mark.parametrize("settings", [SETTINGS, Render(spp=2, passes=True, denoise=True)])
+def test_the_image_and_all_passes_have_the_renderers_bits(settings: Render, lit: bpy.types.Scene, run: Export, tmp_path: Path):
+    film = of(run(), settings)
+    write(lit.rl_guiding, settings)
+    found = f12(lit, tmp_path)
+    noisy = np.dstack([film.mean(), film.alpha()])
+    expected = {"Combined": noisy, **film.layers()}
+    if settings.denoise:
+        expected |= {"Combined": np.dstack([denoised(film), film.alpha()]), "Noisy Image": noisy}
+    assert found.keys() == {f"ViewLayer.{name}" for name in expected}
+    for name, pixels in expected.items():
+        np.testing.assert_array_equal(found[f"ViewLayer.{name}"], pixels, err_msg=name)
+
+
+def test_the_passes_offered_are_those_of_the_film(lit: bpy.types.Scene, run: Export):
+    layers = of(run(), Render(spp=1, passes=True)).layers()
+    assert {name: len(channels) for name, (channels, _) in PASSES.items()} == {
+        name: pixels.shape[2] if pixels.ndim == 3 else 1 for name, pixels in layers.items()
+    }
+
+
+def test_every_view_layer_is_rendered_with_what_is_in_it(lit: bpy.types.Scene, tmp_path: Path):
+    write(lit.rl_guiding, SETTINGS)
+    cube = bpy.context.object
+    bpy.ops.mesh.primitive_plane_add(location=(0, 0, 9))  # behind the camera
+    things = bpy.data.collections.new("Things")
+    lit.collection.children.link(things)
+    lit.collection.objects.unlink(cube)
+    things.objects.link(cube)
+    lit.view_layers.new("Empty").layer_collection.children["Things"].exclude = True
+    found = f12(lit, tmp_path)
+    full, empty = found["ViewLayer.Combined"], found["Empty.Combined"]
+    assert full[..., :3].std() > 1e-3
+    assert empty[..., :3].std() < 1e-6
+
+
+def test_a_render_region_keeps_its_place(lit: bpy.types.Scene, tmp_path: Path):
+    write(lit.rl_guiding, SETTINGS)
+    whole = f12(lit, tmp_path)["ViewLayer.Combined"]
+    lit.render.use_border = True
+    lit.render.border_min_x, lit.render.border_max_x, lit.render.border_min_y, lit.render.border_max_y = 0.25, 0.75, 0.5, 1.0
+    lit.render.use_crop_to_border = False
+    part = f12(lit, tmp_path)["ViewLayer.Combined"]
+    assert part.shape == whole.shape
+    assert np.all(part[8:] == 0)
+    assert np.abs(part[:8, 4:12].mean((0, 1)) - whole[:8, 4:12].mean((0, 1))).max() < 0.1
+    lit.render.use_crop_to_border = True
+    assert f12(lit, tmp_path)["ViewLayer.Combined"].shape == (8, 8, 4)
+
+
+def test_each_frame_of_an_animation_is_rendered_by_the_same_worker(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    started = []
+    start = worker_client.Worker
+    monkeypatch.setattr(worker_client, "Worker", lambda python: started.append(start(python)) or started[-1])
+    write(lit.rl_guiding, SETTINGS)
+    lit.rl_guiding.keyframe_insert("seed", frame=1)
+    lit.rl_guiding.seed = 7
+    lit.rl_guiding.keyframe_insert("seed", frame=2)
+    lit.render.engine, lit.frame_end = "RL_GUIDED", 2
+    lit.render.image_settings.file_format = "OPEN_EXR"
+    lit.render.filepath = str(tmp_path / "frame-")
+    bpy.ops.render.render(animation=True)
+    first, second = (path.read_bytes() for path in sorted(tmp_path.glob("frame-*.exr")))
+    assert first != second
+    assert len(started) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("echo no torch >&2; exit 1", "the renderer ended with status 1: no torch"),
+        ("kill -9 $$", "was ended by SIGKILL: too little memory?"),
+    ],
+)
+def test_a_renderer_that_dies_is_a_line(text: str, message: str, lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    python = tmp_path / "python"
+    python.write_text(f"#!/bin/sh\n{text}\n")
+    python.chmod(0o755)
+    monkeypatch.setattr(environment, "python", lambda: python)
+    lit.render.engine = "RL_GUIDED"
+    with pytest.raises(RuntimeError, match=message):
+        bpy.ops.render.render()
+
+
+def test_nothing_is_left_in_the_temporary_folder(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path / "é ü 你好"))
+    (tmp_path / "é ü 你好").mkdir()
+    write(lit.rl_guiding, SETTINGS)
+    f12(lit, tmp_path)
+    assert not list((tmp_path / "é ü 你好").iterdir())
+
+
+def test_the_status_line_tells_samples_learning_and_time():
+    event = {"samples": 12, "of": 64, "seconds": 9.0, "left": 68.4, "learning": {"loss": 0.01234, "steps": 300, "cells": 9}}
+    assert status_line(event) == "Sample 12/64 | 300 steps | loss 0.0123 | Remaining 01:08"
+    assert status_line(event | {"learning": {}}) == "Sample 12/64 | Remaining 01:08"

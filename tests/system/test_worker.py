@@ -1,0 +1,151 @@
+"""The renderer as a child process: the bits of any other render, one line for what goes wrong, and an end when nobody listens."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from addon import worker_client
+from addon.worker_client import Worker, borrowed
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.render import render
+from blender_rl_guiding.scene.bundle import save
+from blender_rl_guiding.schema import to_dict
+from blender_rl_guiding.settings import QTable, Render
+from tests import scenes
+
+PYTHON = Path(sys.executable)
+SETTINGS = Render(spp=4, passes=True, guide=QTable(recorded=3000))
+PATIENCE = 120.0  # seconds for an event: kernels may have to be compiled
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("bundle") / "tiny.npz"
+    save(scenes.tiny(32), path)
+    return path
+
+
+@pytest.fixture
+def worker() -> Iterator[Worker]:
+    worker = Worker(PYTHON)
+    yield worker
+    worker.end()
+
+
+def events(worker: Worker, last: str = "done") -> list[dict]:
+    found = []
+    while not found or found[-1]["event"] != last:
+        event = worker.event(PATIENCE)
+        assert event["event"] != "none", f"no event for {PATIENCE} s after {found}"
+        found.append(event)
+    return found
+
+
+def test_a_render_has_the_bits_and_passes_of_any_other(worker: Worker, bundle: Path, tmp_path: Path):
+    worker.send("prepare", settings=to_dict(SETTINGS))
+    worker.send("render", bundle=str(bundle), settings=to_dict(SETTINGS), frames=str(tmp_path / "frames"), out=str(tmp_path / "run"))
+    found = events(worker)
+    told = [event for event in found if event["event"] == "pass"]
+    assert found[0]["event"] == "ready"
+    assert [event["samples"] for event in told] == [1, 2, 3, 4]
+    assert {event["of"] for event in told} == {4}
+    assert told[0]["shown"]
+    assert told[-1]["left"] == 0
+    assert "loss" in told[0]["learning"]
+    expected = render(scenes.tiny(32), SETTINGS)
+    np.testing.assert_array_equal(read_exr(tmp_path / "run" / "image.exr")[0], expected.image)
+    frames = {path.stem: np.load(path) for path in (tmp_path / "frames").iterdir()}
+    combined = np.dstack([expected.image, expected.film.alpha()])
+    layers = {name: np.atleast_3d(pixels) for name, pixels in expected.film.layers().items()}
+    assert frames.keys() == {"Combined", *layers}
+    for name, pixels in ({"Combined": combined} | layers).items():
+        np.testing.assert_array_equal(frames[name], pixels[::-1], err_msg=name)
+
+
+def test_what_the_user_can_mend_is_a_line_and_the_worker_goes_on(worker: Worker, bundle: Path, tmp_path: Path):
+    worker.send("render", bundle=str(tmp_path / "none.npz"), settings=to_dict(SETTINGS))
+    with pytest.raises(InputError, match=r"none\.npz"):
+        events(worker)
+    worker.send("render", bundle=str(bundle), settings={"spp": -1})
+    with pytest.raises(InputError, match="spp=-1"):
+        events(worker)
+    worker.send("render", bundle=str(bundle), settings=to_dict(SETTINGS))
+    assert events(worker)[-1]["samples"] == 4
+
+
+def test_it_ends_with_its_stdin_whatever_it_is_doing(worker: Worker, bundle: Path):
+    worker.send("render", bundle=str(bundle), settings=to_dict(Render(spp=1_000_000)))
+    events(worker, last="pass")
+    assert worker._child.stdin
+    worker._child.stdin.close()
+    assert worker._child.wait(timeout=5) == 0
+
+
+def test_why_it_died_is_told_every_time(worker: Worker):
+    worker.end()
+    for _ in range(2):
+        with pytest.raises(InputError, match="the renderer was ended by SIGKILL"):
+            events(worker)
+    with pytest.raises(InputError, match="SIGKILL"):
+        worker.send("prepare", settings={})
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("echo no module named blender_rl_guiding >&2; exit 3", "ended with status 3: no module named blender_rl_guiding"),
+        ("exit 1", "ended with status 1: it gave no reason"),
+        ("""echo '{"event": "ready", "version": "0.0.9"}'; read x""", r"version 0\.0\.9, this add-on"),
+    ],
+)
+def test_an_environment_that_is_none_is_told(text: str, message: str, tmp_path: Path):
+    python = tmp_path / "python"
+    python.write_text(f"#!/bin/sh\n{text}\n")
+    python.chmod(0o755)
+    worker = Worker(python)
+    with pytest.raises(InputError, match=message):
+        events(worker)
+    worker.end()
+
+
+def test_a_python_that_is_not_there_is_told(tmp_path: Path):
+    with pytest.raises(InputError, match=r"cannot start the renderer, .*nowhere: No such file"):
+        Worker(tmp_path / "nowhere")
+
+
+def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.MonkeyPatch):
+    with borrowed(PYTHON) as first:
+        pass
+    with pytest.raises(AssertionError), borrowed(PYTHON) as second:
+        assert second is not first
+    assert not first.alive
+    with borrowed(PYTHON) as third:
+        pass
+    monkeypatch.setattr(worker_client, "_WARM", 0.0)
+    with borrowed(PYTHON) as fourth:
+        assert fourth is not third
+        assert not third.alive
+        worker_client.end_all()
+    worker_client.end_all()
+    assert not fourth.alive
+
+
+def test_what_others_print_is_not_an_event():
+    """Code that prints, such as a library with a warning, would break the lines of JSON."""
+    job = "lambda job, events: (print('x', flush=True), os.write(1, b'y'), events.send('done'))"
+    code = f"import os, blender_rl_guiding.worker as w; w.JOBS['print'] = {job}; w.main()"
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=pipe, text=True) as child:
+        assert child.stdin and child.stdout and child.stderr  # noqa: PT018  # for the type checker
+        child.stdin.write('{"job": "print"}\n')
+        child.stdin.flush()
+        assert [json.loads(child.stdout.readline())["event"] for _ in range(2)] == ["ready", "done"]
+        child.stdin.close()
+        assert child.stdout.read() == ""
+        assert child.stderr.read() == "x\ny"
