@@ -4,6 +4,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import blf
 import bpy
 import numpy as np
 
@@ -17,6 +18,7 @@ from . import environment, worker_client
 from .export.scene import export
 from .properties import read
 
+VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
 LOOK = 0.05  # seconds between two looks at whether the user wants to stop
 # What a render hands over beside the image: the channels of each pass, and what they are.
 PASSES = {
@@ -39,7 +41,7 @@ class Exporter(bpy.types.RenderEngine):
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         try:
             self.work(depsgraph)
-        except InputError as error:
+        except (InputError, OSError) as error:  # OSError: the temporary folder
             self.report({"ERROR"}, str(error))  # unlike error_set, this fails the operator, too
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
@@ -77,6 +79,18 @@ class RLGuided(Exporter):
                     self.add_pass(name, len(channels), channels, layer=depsgraph.view_layer.name)
             worker.send("render", bundle=str(bundle), frames=str(frames), **job)
             self._follow(worker, frames, scene.camera.width, scene.camera.height, depsgraph.view_layer.name)
+
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Nothing: there is no image in the viewport."""
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Say so where it would be."""
+        scale = context.preferences.system.ui_scale
+        blf.size(0, 14 * scale)
+        for line, text in enumerate(VIEWPORT):
+            width, _ = blf.dimensions(0, text)
+            blf.position(0, (context.region.width - width) / 2, context.region.height / 2 - 24 * scale * line, 0)
+            blf.draw(0, text)
 
     def _follow(self, worker: worker_client.Worker, frames: Path, width: int, height: int, layer: str) -> None:
         """Show what the renderer tells until it is done, or the user has enough."""
