@@ -4,7 +4,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import blf
 import bpy
 import numpy as np
 
@@ -85,6 +84,8 @@ class RLGuided(Exporter):
 
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Say so where it would be."""
+        import blf  # which the bpy module has only once it is imported itself
+
         scale = context.preferences.system.ui_scale
         blf.size(0, 14 * scale)
         for line, text in enumerate(VIEWPORT):

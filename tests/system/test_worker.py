@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import QTable, Render
 from tests import scenes
 
+ROOT = Path(__file__).resolve().parents[2]
 PYTHON = Path(sys.executable)
 SETTINGS = Render(spp=4, passes=True, guide=QTable(recorded=3000))
 PATIENCE = 120.0  # seconds for an event: kernels may have to be compiled
@@ -149,3 +151,36 @@ def test_what_others_print_is_not_an_event():
         child.stdin.close()
         assert child.stdout.read() == ""
         assert child.stderr.read() == "x\ny"
+
+
+PARENT = """
+import sys, time
+from pathlib import Path
+from addon.worker_client import Worker
+worker = Worker(Path(sys.executable))
+worker.send("render", bundle=sys.argv[1], settings={"spp": 1000000})
+while worker.event(1)["event"] != "pass":
+    pass
+print(worker._child.pid, flush=True)
+time.sleep(600)
+"""
+
+
+def test_it_does_not_outlive_a_blender_that_is_killed(bundle: Path):
+    with subprocess.Popen([sys.executable, "-c", PARENT, str(bundle)], cwd=ROOT, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout
+        pid = int(parent.stdout.readline())
+        assert running(pid)
+        parent.kill()
+    deadline = time.monotonic() + 5
+    while running(pid):
+        assert time.monotonic() < deadline, f"process {pid} is still there"
+        time.sleep(0.05)
+
+
+def running(pid: int) -> bool:
+    """Whether a process is there and not only waits for its parent to take note of its end."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False

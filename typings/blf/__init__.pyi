@@ -1,4 +1,4 @@
-"""Stands for Blender's module mathutils, which has no type stubs: anything in it is Any."""
+"""Stands for Blender's module blf, which has no type stubs: anything in it is Any."""
 
 from typing import Any
 
