@@ -66,7 +66,7 @@ class RLG_preferences(bpy.types.AddonPreferences):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         width = int(context.region.width / context.preferences.system.ui_scale / LETTER)
-        layout.prop(self, "python")
+        layout.prop(self, "python", placeholder="The one that ./build.sh setup made last")
         _draw_found(layout, width)
         row = layout.row()
         running = RLG_OT_check_environment.running is not None
@@ -78,7 +78,7 @@ class RLG_preferences(bpy.types.AddonPreferences):
 
 def _draw_found(layout: bpy.types.UILayout, width: int) -> None:
     try:
-        layout.label(text=f"Renders with {python()}", icon="CHECKMARK")
+        layout.label(text=f"Renders with {python()}", icon="CONSOLE")
     except InputError as error:
         _draw_text(layout, str(error), "ERROR", width)
 

@@ -87,7 +87,7 @@ def _python() -> Part:
 def _package(wanted: str) -> Part:
     if wanted in ("", __version__):
         return Part(PACKAGE, __version__)
-    problem = f"version {__version__}, where the add-on is {wanted}: install the zip that this command makes"
+    problem = f"version {__version__}, but the add-on is {wanted}; this command makes the zip to install"
     return Part(PACKAGE, __version__, problem, _build("extension"))
 
 

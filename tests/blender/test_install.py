@@ -119,3 +119,23 @@ def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path):
             check=False,
         )
         assert done.returncode == 0, f"{step}: {done.stdout}{done.stderr}"
+
+
+@pytest.mark.slow
+@pytest.mark.blender
+def test_in_the_window(archive: Path, tmp_path: Path):
+    """Installed from disk and checked by clicking, in the Preferences; the screenshots stay in out/screens."""
+    blenders.executable()
+    screens = ROOT / "out" / "screens"
+    screens.mkdir(parents=True, exist_ok=True)
+    (tmp_path / "user").mkdir()
+    environment = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "user"), "XDG_DATA_HOME": str(tmp_path / "data")}
+    script = Path(__file__).with_name("window_install.py")
+    subprocess.run(
+        [str(blenders.EXECUTABLE), "--python", str(script), "--", str(archive), str(tmp_path), str(screens), sys.executable],
+        env=environment | {"SCREEN": "1600x1000x24"},
+        capture_output=True,
+        timeout=300,
+        check=False,
+    )
+    assert (tmp_path / "result").read_text() == "ok"

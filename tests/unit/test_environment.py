@@ -106,7 +106,7 @@ def test_a_bare_environment_of_the_wrong_python(tmp_path: Path):
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     python, package, torch, oidn = (Part(**part) for part in json.loads(done.stdout))
     assert python.problem == f"Python {python.version}, where 3.99 is needed"
-    assert package.problem == f"version {__version__}, where the add-on is 99.0: install the zip that this command makes"
+    assert package.problem == f"version {__version__}, but the add-on is 99.0; this command makes the zip to install"
     assert package.command == f"{BUILD} extension"
     assert [torch, oidn] == [Part(name, "", "not installed", f"{BUILD} setup") for name in ("torch", "pyoidn")]
     assert len(done.stdout.splitlines()) == 1
