@@ -4,6 +4,7 @@ Nothing is ever installed from here: whatever is missing is named, with the comm
 """
 
 import json
+import re
 import subprocess
 from dataclasses import fields
 from pathlib import Path
@@ -101,4 +102,7 @@ def _read(child: "subprocess.Popen[str]", python: Path) -> list[Part]:
             # An environment of another version may know other fields; it must still be able to say so.
             return [Part(*(part.get(field.name, "") for field in fields(Part))) for part in json.loads(line)]
     last = (complained.strip() or "it said nothing").splitlines()[-1]
+    loading = re.fullmatch(r"loading (\S+) (\S+)", last)
+    if loading:
+        return [Part(*loading.groups(), f"ends Python with status {child.returncode} when it is loaded", f"{SETUP} {loading[1]}")]
     return [Part("Environment", "", f"{python} cannot render (status {child.returncode}): {last}", SETUP)]

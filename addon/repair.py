@@ -16,7 +16,7 @@ def repair(group: bpy.types.PropertyGroup, config: type[Settings]) -> Iterator[s
     """Bring unknown choices back to their defaults and numbers to their limits; yields what was changed, as "name is now value"."""
     for entry in entries(config):
         old = getattr(group, entry.name)
-        if entry.type is not bool:
+        if entry.type is not bool and group.is_property_set(entry.name):
             if old == "":
                 group.property_unset(entry.name)
             else:

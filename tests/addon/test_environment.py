@@ -90,7 +90,6 @@ def test_an_environment_of_another_version_may_say_more_or_less(tmp_path: Path):
     ("script", "reason"),
     [
         ("echo boom >&2; exit 3", "cannot render (status 3): boom"),
-        ("echo loading torch 2.0 >&2; kill -ILL $$", "cannot render (status -4): loading torch 2.0"),
         ("true", "cannot render (status 0): it said nothing"),
         (f'exec {sys.executable} -S "$@"', f"cannot render (status 1): {sys.executable}: Error while finding module specification for"),
     ],
@@ -100,6 +99,11 @@ def test_pythons_that_cannot_answer(tmp_path: Path, script: str, reason: str):
     (fault,) = environment.check()
     assert fault.problem.startswith(f"{tmp_path}/python {reason}")
     assert fault.command == SETUP
+
+
+def test_a_library_that_ends_python(tmp_path: Path):
+    point_to(tmp_path / "python", "echo loading torch 2.0 >&2; kill -ILL $$")
+    assert environment.check() == [Part("torch", "2.0", "ends Python with status -4 when it is loaded", "./build.sh setup torch")]
 
 
 def test_what_is_no_program(tmp_path: Path):
