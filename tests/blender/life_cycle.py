@@ -90,13 +90,17 @@ def file_of_another_version(path: str) -> None:
     other = {"spp": number, "max_bounces": number, "gone": number, "seed": bpy.props.FloatProperty(), "nee": bpy.props.StringProperty()}
     other["guide"] = bpy.props.EnumProperty(items=[("gone", "Gone", "", "NONE", 12345)])
     group = type("Other", (bpy.types.PropertyGroup,), {"__annotations__": other})
-    bpy.utils.register_class(group)
+    engine = type("OtherEngine", (bpy.types.RenderEngine,), {"bl_idname": "RL_GUIDED", "bl_label": "Other"})
+    for kind in (group, engine):
+        bpy.utils.register_class(kind)
     bpy.types.Scene.rl_guiding = bpy.props.PointerProperty(type=group)
+    bpy.context.scene.render.engine = "RL_GUIDED"
     settings = bpy.context.scene.rl_guiding
     settings.spp, settings.max_bounces, settings.gone, settings.seed, settings.nee, settings.guide = -7, 2**30, 3, 0.5, "yes", "gone"
     bpy.ops.wm.save_as_mainfile(filepath=path)
     del bpy.types.Scene.rl_guiding
-    bpy.utils.unregister_class(group)
+    for kind in (group, engine):
+        bpy.utils.unregister_class(kind)
 
 
 def open_file_of_another_version(path: str) -> None:

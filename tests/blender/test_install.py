@@ -118,7 +118,9 @@ def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path):
             timeout=300,
             check=False,
         )
-        assert done.returncode == 0, f"{step}: {done.stdout}{done.stderr}"
+        said = done.stdout + done.stderr
+        assert done.returncode == 0, f"{step}: {said}"
+        assert "Traceback" not in said, f"{step}: {said}"
 
 
 @pytest.mark.slow
