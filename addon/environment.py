@@ -6,6 +6,7 @@ Nothing is ever installed from here: whatever is missing is named, with the comm
 import json
 import re
 import subprocess
+import time
 from dataclasses import fields
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def _preference() -> Path | None:
     """What the user chose, if anything. There are no preferences where the add-on runs from the source tree."""
     entry = bpy.context.preferences.addons.get(__package__)
     chosen = entry.preferences.python if entry and entry.preferences else ""
-    return Path(bpy.path.abspath(chosen)) if chosen else None
+    return Path(bpy.path.abspath(chosen)).expanduser() if chosen else None
 
 
 def check() -> list[Part]:
@@ -55,6 +56,7 @@ class Check:
     def __init__(self) -> None:
         self._parts: list[Part] = []
         self._child: subprocess.Popen[str] | None = None
+        self._end = time.monotonic() + PATIENCE
         try:
             self._python = python()
             self._child = _start(self._python)
@@ -63,12 +65,12 @@ class Check:
 
     def done(self) -> bool:
         """Whether `parts` would not have to wait."""
-        return self._child is None or self._child.poll() is not None
+        return self._child is None or self._child.poll() is not None or time.monotonic() > self._end
 
     def parts(self) -> list[Part]:
-        """What the environment has; waits for it, at most `PATIENCE` seconds."""
+        """What the environment has; waits for it, at most until `PATIENCE` seconds after the start."""
         if self._child:
-            self._parts = _read(self._child, self._python)
+            self._parts = _read(self._child, self._python, max(0.0, self._end - time.monotonic()))
             self._child = None
         return self._parts
 
@@ -90,10 +92,10 @@ def _start(python: Path) -> "subprocess.Popen[str]":
         raise InputError(f"cannot run {python}: {error.strerror or error}; {CHOOSE}") from error
 
 
-def _read(child: "subprocess.Popen[str]", python: Path) -> list[Part]:
-    """The parts that the child names, or one that says how it failed."""
+def _read(child: "subprocess.Popen[str]", python: Path, timeout: float) -> list[Part]:
+    """The parts that the child names, or one that says how it failed; it is ended if it has not by then."""
     try:
-        said, complained = child.communicate(timeout=PATIENCE)
+        said, complained = child.communicate(timeout=timeout)
     except subprocess.TimeoutExpired:
         child.kill()
         said, complained = child.communicate()
@@ -102,7 +104,6 @@ def _read(child: "subprocess.Popen[str]", python: Path) -> list[Part]:
             # An environment of another version may know other fields; it must still be able to say so.
             return [Part(*(part.get(field.name, "") for field in fields(Part))) for part in json.loads(line)]
     last = (complained.strip() or "it said nothing").splitlines()[-1]
-    loading = re.fullmatch(r"loading (\S+) (\S+)", last)
-    if loading:
-        return [Part(*loading.groups(), f"ends Python with status {child.returncode} when it is loaded", f"{SETUP} {loading[1]}")]
+    if found := re.fullmatch(r"loading (\S+) (\S+)", last):
+        return [Part(found[1], found[2], f"ends Python with status {child.returncode} when it is loaded", f"{SETUP} {found[1]}")]
     return [Part("Environment", "", f"{python} cannot render (status {child.returncode}): {last}", SETUP)]

@@ -14,10 +14,11 @@ LETTER = 7.0  # pixels of a label's letter, at a scale of 1
 
 
 class RLG_OT_check_environment(bpy.types.Operator):
-    """Look for everything that rendering needs in the renderer's environment. Installs nothing."""
+    """Has the environment checked, in the background when a button asks for it."""
 
     bl_idname = "rl_guided.check_environment"
     bl_label = "Check Environment"
+    bl_description = "Look for everything that rendering needs in the renderer's environment. Nothing is installed"
 
     running: Check | None = None
     parts: tuple[Part, ...] = ()  # what the last check found
@@ -38,10 +39,11 @@ class RLG_OT_check_environment(bpy.types.Operator):
 
 
 class RLG_OT_copy(bpy.types.Operator):
-    """Copy this command, to be pasted into a terminal."""
+    """Puts a command on the clipboard."""
 
     bl_idname = "rl_guided.copy"
     bl_label = "Copy Command"
+    bl_description = "Copy the command, to be pasted into a terminal"
     bl_options = {"INTERNAL"}
 
     text: bpy.props.StringProperty(options={"SKIP_SAVE"})  # pyright: ignore[reportInvalidTypeForm]  # Blender's own way

@@ -117,6 +117,10 @@ def test_one_that_hangs_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     point_to(tmp_path / "python", "exec sleep 60")
     (fault,) = environment.check()
     assert fault.problem == f"{tmp_path}/python cannot render (status -9): it said nothing"
+    running = environment.Check()
+    while not running.done():
+        time.sleep(0.02)
+    assert running.parts() == [fault]
 
 
 def test_the_window_does_not_wait(exported: list, tmp_path: Path):
