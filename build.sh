@@ -10,12 +10,14 @@ UV_VERSION=0.13.9
 
 usage() {
     cat <<'EOF'
-./build.sh setup     make .venv: uv, Python 3.13, locked dependencies (the others do this by themselves)
+./build.sh setup     make .venv: uv, Python 3.13, locked dependencies (the others do this by themselves), and let Blender
+                     know where it is; `setup torch numba` installs these anew, should they be broken
 ./build.sh demo      open scenes/c1.blend, render it by three methods, compare them in out/demo/report.html
 ./build.sh test      run the tests; further arguments go to pytest, e.g. -k metrics
 ./build.sh check     formatter, linter, type checker, import contracts
 ./build.sh bench     speed against Mitsuba and Cycles, in out/bench/latest.json; `bench size`: memory, time and noise
                      against triangles, emitters and pixels, in out/bench/size.json
+./build.sh extension make the zip to install in Blender 4.5 or 5.2, out/rl_guided-<version>.zip; a further argument names another folder
 EOF
 }
 
@@ -49,15 +51,18 @@ find_python() {
     echo 3.13
 }
 
+broken=() # packages that setup installs anew though they seem to be there
+
 # setup [group]: brings .venv up to date, with a further dependency group if named; does nothing if nothing changed.
 setup() {
     local stamp=.venv/.stamp uv key
     key="$(cat build.sh pyproject.toml uv.lock | cksum) $PWD ${1:-}"
     if [[ -f $stamp && "$(<"$stamp")" == "$key"* ]]; then return; fi
     uv=$(find_uv)
-    "$uv" sync --frozen --python "$(find_python)" ${1:+--group "$1"}
+    "$uv" sync --frozen --python "$(find_python)" ${1:+--group "$1"} "${broken[@]/#/--reinstall-package=}"
     # Writes the bytecode of what a render imports, for those who have forbidden Python to write it later.
     .venv/bin/python -c 'import addon, bpy, numba, torch, blender_rl_guiding.experiments.runner, blender_rl_guiding.guiding.dqn; numba.njit(lambda: 0)()'
+    .venv/bin/python -I -m blender_rl_guiding.environment announce || true # it says why Blender will have to be told
     printf '%s' "$key" >"$stamp"
 }
 
@@ -65,6 +70,8 @@ command=${1:-help}
 shift || true
 case $command in
 setup)
+    rm -f .venv/.stamp # it is asked for when something is missing that was there
+    broken=("$@")
     setup
     ;;
 demo)
@@ -85,6 +92,10 @@ check)
 bench)
     setup bench
     .venv/bin/python -m benchmarks "$@"
+    ;;
+extension)
+    setup
+    .venv/bin/python -m scripts.extension "$(find_uv)" "${1:-out}"
     ;;
 help | -h | --help)
     usage

@@ -1,17 +1,24 @@
-"""The Blender add-on: the render engine RL Guided, its settings and its panel."""
+"""The Blender add-on: the render engine RL Guided, its settings, panel and preferences."""
 
-from . import engine, panels, properties
+import sys
+
+if __name__.startswith("bl_ext.") and f"{__name__}.engine" not in sys.modules:
+    # An update in a running Blender loads the add-on anew, but not the package that comes with it: new modules would meet old ones.
+    for _name in [name for name in sys.modules if name.partition(".")[0] == "blender_rl_guiding"]:
+        del sys.modules[_name]
+
+from . import engine, panels, preferences, properties, repair  # only after that
+
+_MODULES = (preferences, properties, repair, engine, panels)
 
 
 def register() -> None:
     """Everything that the add-on adds to Blender."""
-    properties.register()
-    engine.register()
-    panels.register()
+    for module in _MODULES:
+        module.register()
 
 
 def unregister() -> None:
     """Undo `register`."""
-    panels.unregister()
-    engine.unregister()
-    properties.unregister()
+    for module in reversed(_MODULES):
+        module.unregister()

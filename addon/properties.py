@@ -3,6 +3,7 @@
 A union of settings classes becomes a menu, plus one group for each variant: `guide`, `guide_dqn`, `guide_bsdf`.
 """
 
+import zlib
 from typing import Any
 
 import bpy
@@ -32,13 +33,18 @@ def _property(entry: Entry, value: Any) -> Any:
     text = {"name": entry.label, "description": entry.doc.rstrip(".")}
     if entry.variants:
         items = [(kind, variant.__name__, (variant.__doc__ or "").rstrip(".")) for kind, variant in entry.variants.items()]
-        return bpy.props.EnumProperty(items=items, default=value.kind, **text)
+        return bpy.props.EnumProperty(items=_numbered(items), default=value.kind, **text)
     if entry.choices:
         items = [(choice, choice.capitalize(), "") for choice in entry.choices]
-        return bpy.props.EnumProperty(items=items, default=value, **text)
+        return bpy.props.EnumProperty(items=_numbered(items), default=value, **text)
     make, extra = _NUMBERS[entry.type]
     limits = {side: limit for side, limit in zip(("min", "max"), entry.limits, strict=True) if limit is not None}
     return make(default=value, **text, **limits, **extra)
+
+
+def _numbered(items: list[tuple[str, str, str]]) -> list[tuple[str, str, str, str, int]]:
+    """Items with numbers made from their names: a file keeps the number alone, and counted ones would shift when an item is inserted."""
+    return [(*item, "NONE", zlib.crc32(item[0].encode()) & 0x7FFFFFFF) for item in items]
 
 
 def read(group: bpy.types.PropertyGroup, config: type[Settings]) -> Any:

@@ -1,7 +1,6 @@
 """A .blend becomes a bundle through a Blender of its own, the bpy module or an executable; whatever goes wrong is one line."""
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,10 +13,9 @@ from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene import blend
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.description import Closure, Loss
+from tests.blender.blenders import EXECUTABLE, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 C1 = ROOT / "scenes" / "c1.blend"
-EXECUTABLE = Path(os.environ.get("BLENDER", ROOT / ".." / "shared" / "tools" / "blender")).resolve()
 
 needs_executable = pytest.mark.skipif(not EXECUTABLE.is_file(), reason=f"no Blender at {EXECUTABLE}; the variable BLENDER names one")
 
@@ -90,19 +88,6 @@ def test_the_executable_reports_coverage_and_damage(tmp_path: Path, files: Path)
     with pytest.raises(InputError, match=r"cannot open .*damaged\.blend, it may be damaged: "):
         blend.export(damaged, tmp_path / "damaged.npz", blender=EXECUTABLE)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["damaged.blend", "foggy.npz"]
-
-
-@needs_executable
-@pytest.mark.blender
-def test_the_extension_is_valid(tmp_path: Path):
-    shutil.copytree(ROOT / "addon", tmp_path / "addon", ignore=shutil.ignore_patterns("__pycache__"))
-    done = subprocess.run(
-        [str(EXECUTABLE), "--factory-startup", "--command", "extension", "validate", str(tmp_path / "addon")],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_coverage_is_returned_and_kept_in_the_bundle(tmp_path: Path, files: Path):

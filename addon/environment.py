@@ -1,0 +1,109 @@
+"""The renderer's Python environment as the add-on sees it: which Python, and whether it has all that rendering needs.
+
+Nothing is ever installed from here: whatever is missing is named, with the command that mends it.
+"""
+
+import json
+import re
+import subprocess
+import time
+from dataclasses import fields
+from pathlib import Path
+
+import bpy
+
+from blender_rl_guiding import __version__
+from blender_rl_guiding.environment import PACKAGE, Part, find
+from blender_rl_guiding.errors import InputError
+
+SETUP = "./build.sh setup"
+CHOOSE = f"run {SETUP} in the project, or choose its Python in Preferences > Add-ons > RL Guided"
+PATIENCE = 120.0  # seconds; a cold disk may need one minute for torch
+
+
+def python() -> Path:
+    """The Python of the renderer's environment: the chosen one, or else the one that was set up last.
+
+    InputError says what to do where there is none.
+    """
+    if chosen := _preference():
+        if not chosen.is_file():
+            raise InputError(f"the renderer's Python is not at {chosen}: {CHOOSE}")
+        return chosen
+    found = find()
+    if found is None:
+        raise InputError(f"no renderer environment: {CHOOSE}")
+    if not found.is_file():
+        raise InputError(f"the renderer environment is gone, no {found}: {CHOOSE}")
+    return found
+
+
+def _preference() -> Path | None:
+    """What the user chose, if anything. There are no preferences where the add-on runs from the source tree."""
+    entry = bpy.context.preferences.addons.get(__package__)
+    chosen = entry.preferences.python if entry and entry.preferences else ""
+    return Path(bpy.path.abspath(chosen)).expanduser() if chosen else None
+
+
+def check() -> list[Part]:
+    """The parts of the environment, the faulty ones with a `problem`. Takes about three seconds, see `Check` for not waiting."""
+    return Check().parts()
+
+
+class Check:
+    """A check under way in a process of its own."""
+
+    def __init__(self) -> None:
+        self._parts: list[Part] = []
+        self._child: subprocess.Popen[str] | None = None
+        self._end = time.monotonic() + PATIENCE
+        try:
+            self._python = python()
+            self._child = _start(self._python)
+        except InputError as error:
+            self._parts = [Part("Environment", "", str(error), SETUP)]
+
+    def done(self) -> bool:
+        """Whether `parts` would not have to wait."""
+        return self._child is None or self._child.poll() is not None or time.monotonic() > self._end
+
+    def parts(self) -> list[Part]:
+        """What the environment has; waits for it, at most until `PATIENCE` seconds after the start."""
+        if self._child:
+            self._parts = _read(self._child, self._python, max(0.0, self._end - time.monotonic()))
+            self._child = None
+        return self._parts
+
+    def stop(self) -> None:
+        """End it, whatever it was doing."""
+        if self._child:
+            self._child.kill()
+            self._child.communicate()
+            self._child = None
+
+
+def _start(python: Path) -> "subprocess.Popen[str]":
+    # Isolated: neither the folder Blender was started in nor variables meant for another Python may change what is imported.
+    command = [str(python), "-I", "-m", f"{PACKAGE}.environment", __version__]
+    pipe = subprocess.PIPE
+    try:
+        return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(f"cannot run {python}: {error.strerror or error}; {CHOOSE}") from error
+
+
+def _read(child: "subprocess.Popen[str]", python: Path, timeout: float) -> list[Part]:
+    """The parts that the child names, or one that says how it failed; it is ended if it has not by then."""
+    try:
+        said, complained = child.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        child.kill()
+        said, complained = child.communicate()
+    for line in said.splitlines():
+        if line.startswith("[{"):
+            # An environment of another version may know other fields; it must still be able to say so.
+            return [Part(*(part.get(field.name, "") for field in fields(Part))) for part in json.loads(line)]
+    last = (complained.strip() or "it said nothing").splitlines()[-1]
+    if found := re.fullmatch(r"loading (\S+) (\S+)", last):
+        return [Part(found[1], found[2], f"ends Python with status {child.returncode} when it is loaded", f"{SETUP} {found[1]}")]
+    return [Part("Environment", "", f"{python} cannot render (status {child.returncode}): {last}", SETUP)]

@@ -1,0 +1,160 @@
+"""The add-on's preferences: which Python renders, and whether it has all that it needs."""
+
+import textwrap
+
+import bpy
+
+from blender_rl_guiding.environment import Part
+from blender_rl_guiding.errors import InputError
+
+from .environment import Check, check, python
+
+INTERVAL = 0.1  # seconds between two looks at a check under way
+LETTER = 7.0  # pixels of a label's letter, at a scale of 1
+
+
+class RLG_OT_check_environment(bpy.types.Operator):
+    """Has the environment checked, in the background when a button asks for it."""
+
+    bl_idname = "rl_guided.check_environment"
+    bl_label = "Check Environment"
+    bl_description = "Look for everything that rendering needs in the renderer's environment. Nothing is installed"
+
+    running: Check | None = None
+    parts: tuple[Part, ...] = ()  # what the last check found
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if bpy.app.background:  # where timers never fire
+            return self.execute(context)
+        start()
+        return {"FINISHED"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Without an event there is nobody to keep waiting: scripts have the answer when the call returns."""
+        forget()
+        type(self).parts = tuple(check())
+        faults = [f"{part.name}: {part.problem}" for part in self.parts if part.problem]
+        self.report({"WARNING" if faults else "INFO"}, "; ".join(faults) or "The renderer's environment has all it needs")
+        return {"FINISHED"}
+
+
+class RLG_OT_copy(bpy.types.Operator):
+    """Puts a command on the clipboard."""
+
+    bl_idname = "rl_guided.copy"
+    bl_label = "Copy Command"
+    bl_description = "Copy the command, to be pasted into a terminal"
+    bl_options = {"INTERNAL"}
+
+    text: bpy.props.StringProperty(options={"SKIP_SAVE"})  # pyright: ignore[reportInvalidTypeForm]  # Blender's own way
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        context.window_manager.clipboard = self.text
+        return {"FINISHED"}
+
+
+class RLG_preferences(bpy.types.AddonPreferences):
+    """What holds for all files of a user."""
+
+    bl_idname = __package__
+
+    python: bpy.props.StringProperty(  # pyright: ignore[reportInvalidTypeForm]
+        name="Renderer's Python",
+        description="Python of the environment that renders. Leave it empty to use the one that ./build.sh setup made last",
+        subtype="FILE_PATH",
+        update=lambda self, context: forget(),
+    )
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        width = int(context.region.width / context.preferences.system.ui_scale / LETTER)
+        layout.prop(self, "python", placeholder="The one that ./build.sh setup made last")
+        _draw_found(layout, width)
+        row = layout.row()
+        running = RLG_OT_check_environment.running is not None
+        row.enabled = not running
+        row.operator(RLG_OT_check_environment.bl_idname, text="Checking ..." if running else "Check Environment")
+        if RLG_OT_check_environment.parts:
+            _draw_parts(layout.box(), RLG_OT_check_environment.parts, width)
+
+
+def _draw_found(layout: bpy.types.UILayout, width: int) -> None:
+    try:
+        layout.label(text=f"Renders with {python()}", icon="CONSOLE")
+    except InputError as error:
+        _draw_text(layout, str(error), "ERROR", width)
+
+
+def _draw_parts(layout: bpy.types.UILayout, parts: tuple[Part, ...], width: int) -> None:
+    """What is wrong first, each with its command, then what is there."""
+    for part in parts:
+        if part.problem:
+            _draw_text(layout, f"{part.name}: {part.problem}", "ERROR", width)
+            row = layout.row()
+            row.label(text=part.command, icon="BLANK1")
+            row.operator(RLG_OT_copy.bl_idname, text="", icon="COPYDOWN").text = part.command
+            layout.separator(type="LINE")
+    flow = layout.column_flow(columns=3)
+    for part in parts:
+        if not part.problem:
+            flow.label(text=f"{part.name} {part.version}", icon="CHECKMARK")
+
+
+def _draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
+    """Text of any length: labels do not wrap by themselves."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, line in enumerate(textwrap.wrap(text, max(width, 20))):
+        column.label(text=line, icon="BLANK1" if number else icon)
+
+
+def start() -> None:
+    """Check in the background; `poll` shows the result."""
+    forget()
+    RLG_OT_check_environment.running = Check()
+    bpy.app.timers.register(poll, first_interval=INTERVAL, persistent=True)
+
+
+def poll() -> float | None:
+    """Show the result of a check that has ended; gives the seconds until the next look."""
+    running = RLG_OT_check_environment.running
+    if running and not running.done():
+        return INTERVAL
+    if running:
+        RLG_OT_check_environment.parts = tuple(running.parts())
+        RLG_OT_check_environment.running = None
+        _redraw()
+    return None
+
+
+def forget() -> None:
+    """End a check under way and forget the last one's result."""
+    if bpy.app.timers.is_registered(poll):
+        bpy.app.timers.unregister(poll)
+    if RLG_OT_check_environment.running:
+        RLG_OT_check_environment.running.stop()
+    RLG_OT_check_environment.running = None
+    RLG_OT_check_environment.parts = ()
+
+
+def _redraw() -> None:
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "PREFERENCES":
+                area.tag_redraw()
+
+
+_CLASSES = (RLG_OT_check_environment, RLG_OT_copy, RLG_preferences)
+
+
+def register() -> None:
+    """The preferences and their buttons."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Undo `register`."""
+    forget()
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,52 @@
+"""Settings in a file from another version of the add-on: what this one does not know, or does not allow, becomes what it does.
+
+Blender itself drops unknown properties, but keeps menus at items that are gone and numbers beyond their limits.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from blender_rl_guiding.schema import Settings, entries
+from blender_rl_guiding.settings import Render
+
+
+def repair(group: bpy.types.PropertyGroup, config: type[Settings]) -> Iterator[str]:
+    """Bring unknown choices back to their defaults and numbers to their limits; yields what was changed, as "name is now value"."""
+    for entry in entries(config):
+        old = getattr(group, entry.name)
+        if entry.type is not bool and group.is_property_set(entry.name):
+            if old == "":
+                group.property_unset(entry.name)
+            else:
+                setattr(group, entry.name, old)  # which keeps to the limits
+            new = getattr(group, entry.name)
+            if new != old:
+                yield f"{config.kind}.{entry.name} is now {new}"
+        for kind, variant in entry.variants.items():
+            yield from repair(getattr(group, f"{entry.name}_{kind}"), variant)
+
+
+@bpy.app.handlers.persistent
+def repair_all(*_: Any) -> None:
+    """Repair every scene of the open file, and say on the console what was not as this version has it."""
+    for scene in bpy.data.scenes:
+        if scene.library is None:
+            for change in repair(scene.rl_guiding, Render):
+                print(f"RL Guided: scene '{scene.name}' was saved by another version: {change}")
+
+
+_HANDLERS = ("load_post", "blend_import_post")  # opened, and appended
+
+
+def register() -> None:
+    """Repair files as they come."""
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(repair_all)
+
+
+def unregister() -> None:
+    """Undo `register`."""
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(repair_all)

@@ -1,0 +1,135 @@
+"""The renderer's Python environment: where it is, and what it lacks.
+
+The add-on imports this file into Blender to find the environment, and runs it by the environment's own Python to have it checked:
+`python -m blender_rl_guiding.environment [VERSION]` prints one line, the JSON list of the parts. Standard library only.
+"""
+
+import importlib
+import json
+import os
+import platform
+import re
+import shlex
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+
+from . import __version__
+from .errors import InputError, atomic
+
+PACKAGE = "blender_rl_guiding"
+_NATIVE = {
+    "numpy": "numpy",
+    "numba": "numba",
+    "embreex": "embreex.rtcore_scene",
+    "torch": "torch",
+    "openexr": "OpenEXR",
+    "pyoidn": "pyoidn",
+}
+
+
+@dataclass(frozen=True)
+class Part:
+    """One thing that rendering needs, and what is wrong with it."""
+
+    name: str
+    version: str = ""  # empty where it is missing
+    problem: str = ""  # one line; empty where it works
+    command: str = ""  # the one that mends the problem
+
+
+def pointer() -> Path:
+    """The file that names the environment's Python: in the user's data folder, `XDG_DATA_HOME` before the platform's own."""
+    own = {"darwin": Path.home() / "Library" / "Application Support", "win32": Path.home() / "AppData" / "Local"}
+    data = Path(os.environ.get("XDG_DATA_HOME", ""))
+    if not data.is_absolute():  # relative ones are invalid by the specification
+        data = own.get(sys.platform, Path.home() / ".local" / "share")
+    return data / PACKAGE / "python"
+
+
+def announce() -> Path:
+    """Let every Blender of this user find the Python that runs now, and return it. InputError where the file cannot be written."""
+    python = Path(sys.executable)  # a virtual environment's is a link that must not be followed
+    with atomic(pointer()) as part:
+        part.write_text(f"{python}\n", encoding="utf-8")
+    return python
+
+
+def find() -> Path | None:
+    """The Python announced last, which need not be there any more; None where there was none. InputError where the file cannot be read."""
+    try:
+        text = pointer().read_text(encoding="utf-8").strip()
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read {pointer()}: {error}") from error
+    return Path(text) if text else None
+
+
+def parts(wanted: str = "") -> Iterator[Part]:
+    """What the Python that runs now has for rendering; `wanted` is the version of this package that the add-on brought."""
+    yield _python()
+    yield _package(wanted)
+    for name in _required():
+        yield _library(name)
+
+
+def _python() -> Part:
+    version = platform.python_version()
+    needed = metadata.metadata(PACKAGE)["Requires-Python"].removeprefix("==").removesuffix(".*")
+    if version.startswith(f"{needed}."):
+        return Part("Python", version)
+    return Part("Python", version, f"Python {version}, where {needed} is needed", _build("setup"))
+
+
+def _package(wanted: str) -> Part:
+    if wanted in ("", __version__):
+        return Part(PACKAGE, __version__)
+    problem = f"version {__version__}, but the add-on is {wanted}; this command makes the zip to install"
+    return Part(PACKAGE, __version__, problem, _build("extension"))
+
+
+def _required() -> list[str]:
+    """The libraries that this package was installed with."""
+    return [re.split(r"[^\w.-]", line)[0] for line in metadata.requires(PACKAGE) or []]
+
+
+def _library(name: str) -> Part:
+    """Missing, or there, or there and broken: those with machine code are loaded, for only that shows whether they fit this computer."""
+    try:
+        version = metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return Part(name, "", "not installed", _build("setup"))
+    if name in _NATIVE:
+        print(f"loading {name} {version}", file=sys.stderr, flush=True)  # the last words of a process that a library ends
+        try:
+            importlib.import_module(_NATIVE[name])
+        except Exception as error:  # noqa: BLE001  # a broken library may raise anything, and what it says is the answer
+            reason = " ".join(str(error).split()) or type(error).__name__
+            return Part(name, version, f"does not load: {reason}", _build("setup", name))
+    return Part(name, version)
+
+
+def _build(*arguments: str) -> str:
+    """A command of build.sh, which lies beside this package where the project was set up by it."""
+    script = Path(__file__).resolve().parents[1] / "build.sh"
+    return shlex.join([str(script) if script.is_file() else "./build.sh", *arguments])
+
+
+def main(arguments: list[str]) -> int:
+    """Print the parts as JSON, or with the argument `announce` leave the pointer; gives the exit status."""
+    if arguments == ["announce"]:
+        try:
+            print(f"Blender finds this environment through {pointer()}: {announce()}")
+        except InputError as error:
+            print(f"Blender will not find this environment by itself: {error}", file=sys.stderr)
+            return 1
+        return 0
+    print(json.dumps([asdict(part) for part in parts(*arguments)]), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,158 @@
+"""What test_install.py has a Blender with a window do: `window_install.py ZIP FOLDER SCREENS PYTHON`.
+
+Installs the zip and checks the environment as a person would, by mouse and keyboard, in a window of 1600 x 1000 pixels. Screenshots go to
+SCREENS, "ok" or what went wrong to FOLDER/result. PYTHON is that of a whole environment.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import bpy
+
+MODULE = "bl_ext.user_default.rl_guided"
+PATIENCE = 60.0  # seconds for each thing that is waited for
+LOOK = 0.25  # seconds between two looks
+ARCHIVE, FOLDER, SCREENS, PYTHON = map(Path, sys.argv[-4:])
+Step = float | Callable[[], object]  # seconds, or what must become true
+
+# Where things are on the screen.
+MENU = (960, 82)
+SIDEBAR_ADDONS = (144, 291)
+UNFOLD = (296, 106)
+FILE_FOLDER = (760, 32)
+FILE_NAME = (640, 614)
+FILE_ACCEPT = (1135, 614)
+CHECK, CHECK_BELOW_TWO_LINES = (623, 394), (623, 404)
+FIRST_COPY = (945, 460)
+ASIDE = (200, 560)
+COMMAND = "/home/me/blender_rl_guiding/build.sh setup numba"
+
+
+def xdotool(*arguments: str) -> None:
+    subprocess.Popen(["xdotool", *arguments])  # not waited for: Blender has to go on to see it
+
+
+def click(place: tuple[int, int], times: int = 1) -> Iterator[Step]:
+    xdotool("mousemove", *map(str, place))
+    yield 0.3
+    xdotool("click", "--repeat", str(times), "--delay", "80", "1")
+    yield 0.5
+
+
+def enter(text: str) -> Iterator[Step]:
+    xdotool("key", "ctrl+a")
+    yield 0.3
+    xdotool("type", "--delay", "15", text)
+    yield 0.3 + 0.02 * len(text)
+    xdotool("key", "Return")
+    yield 0.75
+
+
+def screenshot(name: str) -> Iterator[Step]:
+    xdotool("mousemove", *map(str, ASIDE))
+    yield 0.75
+    child = subprocess.Popen(["import", "-window", "root", str(SCREENS / f"{name}.png")])
+    yield lambda: child.poll() is not None
+    assert child.returncode == 0
+
+
+def announce(python: Path) -> None:
+    pointer = Path(os.environ["XDG_DATA_HOME"], "blender_rl_guiding", "python")
+    pointer.parent.mkdir(parents=True, exist_ok=True)
+    pointer.write_text(str(python))
+
+
+def broken_python() -> Path:
+    """One whose answer has two faults."""
+    parts = [
+        {"name": "Python", "version": "3.13.0"},
+        {
+            "name": "numba",
+            "version": "0.62",
+            "problem": "does not load: libllvmlite.so: version `GLIBCXX_3.4.32' not found",
+            "command": COMMAND,
+        },
+        {"name": "torch", "problem": "not installed", "command": "./build.sh setup"},
+    ]
+    path = FOLDER / "broken python"
+    path.write_text(f"#!/bin/sh\ncat <<'END'\n{json.dumps(parts)}\nEND\n")
+    path.chmod(0o755)
+    return path
+
+
+def found() -> list[str]:
+    """The faulty parts of the check that has ended, or of none."""
+    operator = sys.modules[f"{MODULE}.preferences"].RLG_OT_check_environment
+    assert operator.parts or operator.running
+    return [part.name for part in operator.parts if part.problem] if operator.parts else ["none yet"]
+
+
+def install() -> Iterator[Step]:
+    bpy.ops.screen.userpref_show("INVOKE_DEFAULT", section="EXTENSIONS")
+    yield 2.0
+    yield from click(MENU)
+    xdotool("key", "f")  # Install from Disk
+    yield 1.5
+    yield from click(FILE_FOLDER, times=2)
+    yield from enter(f"{ARCHIVE.parent}/")
+    yield from click(FILE_NAME, times=2)
+    yield from enter(ARCHIVE.name)
+    yield from screenshot("install-from-disk")
+    yield from click(FILE_ACCEPT)
+    yield lambda: MODULE in bpy.context.preferences.addons
+    yield 1.0
+
+
+def steps() -> Iterator[Step]:
+    yield 2.0
+    yield from install()
+    yield from click(SIDEBAR_ADDONS)
+    bpy.context.window_manager.addon_search = "RL Guided"
+    yield from click(UNFOLD)
+    yield from screenshot("preferences-no-environment")
+    yield from click(CHECK_BELOW_TWO_LINES)
+    yield lambda: found() == ["Environment"]
+    announce(broken_python())
+    yield from click(CHECK)
+    yield lambda: found() == ["numba", "torch"]
+    yield from screenshot("preferences-broken")
+    yield from click(FIRST_COPY)
+    yield lambda: bpy.context.window_manager.clipboard == COMMAND
+    announce(PYTHON)
+    yield from click(CHECK)
+    yield lambda: found() == []
+    yield from screenshot("preferences-whole")
+
+
+def drive() -> Callable[[], float | None]:
+    """A timer's function that goes through the steps, writes how they ended and quits."""
+    script, waited, wanted = steps(), 0.0, None
+
+    def tick() -> float | None:
+        nonlocal waited, wanted
+        try:
+            if wanted and not wanted():
+                waited += LOOK
+                assert waited < PATIENCE, f"waited in vain for line {script.gi_frame.f_lineno} of steps()"
+                return LOOK
+            step = next(script)
+            waited, wanted = 0.0, None if isinstance(step, float) else step
+            return step if isinstance(step, float) else LOOK
+        except StopIteration:
+            (FOLDER / "result").write_text("ok")
+        except Exception:  # noqa: BLE001  # whatever it is, the test must read it
+            subprocess.run(["import", "-window", "root", str(SCREENS / "failed.png")], check=False)
+            (FOLDER / "result").write_text(traceback.format_exc())
+        bpy.ops.wm.quit_blender()
+        return None
+
+    return tick
+
+
+bpy.context.preferences.view.show_splash = False
+bpy.app.timers.register(drive(), persistent=True)
