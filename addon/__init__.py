@@ -1,17 +1,18 @@
-"""The Blender add-on: the render engine RL Guided, its settings and its panel."""
+"""The Blender add-on: the render engine RL Guided, its settings and its panels."""
 
-from . import engine, panels, properties
+from . import blender_panels, check, coverage, coverage_panel, cycles_panels, engine, panels, presets, properties
+
+# In this order: what comes later names what came before.
+_MODULES = (properties, engine, presets, panels, cycles_panels, coverage, check, coverage_panel, blender_panels)
 
 
 def register() -> None:
     """Everything that the add-on adds to Blender."""
-    properties.register()
-    engine.register()
-    panels.register()
+    for module in _MODULES:
+        module.register()
 
 
 def unregister() -> None:
     """Undo `register`."""
-    panels.unregister()
-    engine.unregister()
-    properties.unregister()
+    for module in reversed(_MODULES):
+        module.unregister()

@@ -27,6 +27,7 @@ class RLGuided(Exporter):
 
     bl_idname = "RL_GUIDED"
     bl_label = "RL Guided"
+    bl_use_shading_nodes_custom = False  # materials are made of the nodes of Cycles
 
     def deliver(self, scene: SceneData) -> None:
         raise InputError(
