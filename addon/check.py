@@ -37,7 +37,7 @@ def check(scene: bpy.types.Scene) -> tuple[tuple[Loss, ...], str]:
 
     bpy.utils.register_class(Checker)
     try:
-        with _copied(scene) as copy:
+        with _unheard(), _copied(scene) as copy:
             copy.render.engine = Checker.bl_idname
             copy.render.use_compositing = copy.render.use_sequencer = False
             copy.render.use_freestyle = False  # of a copied scene it crashes Blender 5.2
@@ -55,6 +55,20 @@ def _of_settings(scene: bpy.types.Scene) -> tuple[Loss, ...]:
     """What is lost of the settings of the scene itself, by its name."""
     layers = [layer for layer in scene.view_layers if layer.use] or scene.view_layers
     return tuple(of_scene(scene, layers[0]))
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """No render handler of anyone runs for a while: the user asked for no render."""
+    lists = [getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers) if name.startswith("render_")]
+    kept = [[*handlers] for handlers in lists]
+    for handlers in lists:
+        handlers.clear()
+    try:
+        yield
+    finally:
+        for handlers, before in zip(lists, kept, strict=True):
+            handlers[:] = before
 
 
 @contextmanager

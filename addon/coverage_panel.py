@@ -1,15 +1,12 @@
 """The coverage report in Render properties."""
 
-import textwrap
-
 import bpy
 
 from .check import RLG_OT_check
 from .engine import RLGuided
+from .text import draw_text
 
 _ROWS = 3
-_LETTER = 8  # pixels, about, with what stands beside the text shared out
-_LEAST = 16  # letters in a line
 
 
 class RLG_UL_losses(bpy.types.UIList):
@@ -53,20 +50,19 @@ class RLG_PT_coverage(bpy.types.Panel):
         layout, coverage = self.layout, context.window_manager.rl_guiding_coverage
         if coverage.losses:
             layout.template_list("RLG_UL_losses", "", coverage, "losses", coverage, "active", rows=_ROWS)
-            _draw_loss(layout, coverage, letters=int(context.region.width / (_LETTER * context.preferences.system.ui_scale)))
+            _draw_loss(layout, coverage, context)
         layout.operator(RLG_OT_check.bl_idname, icon="VIEWZOOM")
-        layout.label(text=summary(coverage), icon="ERROR" if coverage.fault else "NONE", translate=False)
+        draw_text(layout.column(align=True), summary(coverage), context)
 
 
-def _draw_loss(layout: bpy.types.UILayout, coverage: bpy.types.PropertyGroup, letters: int) -> None:
+def _draw_loss(layout: bpy.types.UILayout, coverage: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     """The chosen line in full, which the list is too narrow for."""
     if not 0 <= coverage.active < len(coverage.losses):
         return
     loss = coverage.losses[coverage.active]
     column = layout.box().column(align=True)
     for text in filter(None, (loss.object, loss.where, loss.detail)):
-        for line in textwrap.wrap(text, max(letters, _LEAST)):
-            column.label(text=line, translate=False)
+        draw_text(column, text, context)
 
 
 def summary(coverage: bpy.types.PropertyGroup) -> str:

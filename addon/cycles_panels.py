@@ -26,6 +26,7 @@ class Shown:
     switch: tuple[str, str] | None = None  # an owner, as above, and the property that the header shows
     poll: Test = lambda context: True
     active: Test = lambda context: True  # whether the properties have an effect
+    without: Callable[[bpy.types.Context], set[str]] = lambda context: set()  # properties that are not drawn now
 
 
 _SHOWN = (
@@ -59,6 +60,7 @@ _SHOWN = (
             "scene.cycles": {"film_exposure": "Exposure", "pixel_filter_type": "Pixel Filter", "filter_width": "Filter Width"},
             "scene.render": {"film_transparent": "Transparent"},
         },
+        without=lambda context: {"filter_width"} if context.scene.cycles.pixel_filter_type == "BOX" else set(),
     ),
     Shown(
         "simplify",
@@ -126,12 +128,13 @@ class ShownPanel:
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
+        layout.use_property_decorate = self.shown.tab == "data"  # elsewhere Cycles, too, shows none
         layout.active = bool(self.shown.active(context))
         for path, names in self.shown.owners.items():
             column = layout.column(align=True)
             if owner := _at(context, path):
-                for name, label in names.items():
-                    column.prop(owner, name, text=label)
+                for name in (name for name in names if name not in self.shown.without(context)):
+                    column.prop(owner, name, text=names[name])
 
 
 class SurfacePanel:

@@ -8,10 +8,12 @@ from blender_rl_guiding.sizes import sizes
 _MOST = 6  # numbers in a row that fit into a panel of the usual width
 
 
-def draw_network(layout: bpy.types.UILayout, settings: DQN) -> None:
-    """What the network reads, what each layer yields, the last the patches; below, how many parameters there are, and the table's size."""
+def draw_network(layout: bpy.types.UILayout, settings: DQN, context: bpy.types.Context) -> None:
+    """What each network reads and what its layers yield, last the patches; below, how many parameters there are, and the table's size."""
+    said = sizes(settings)
+    encoder = [f"encoder {' → '.join(map(str, said.encoder))}"] if said.encoder else []
     box = layout.box().column(align=True)
-    for text in (" → ".join(abridged(sizes(settings).widths)), numbers(settings)):
+    for text in (*encoder, " → ".join(abridged(said.widths)), numbers(settings)):
         row = box.row()
         row.alignment = "CENTER"
         row.label(text=text, translate=False)

@@ -16,9 +16,19 @@ from blender_rl_guiding.settings import DQN, Render
 from . import presets, properties
 from .engine import RLGuided
 from .network_picture import draw_network
+from .text import draw_text
 
 _CLOSED = {"Learning", "Replay Memory", "Passes and Denoising"}  # until the user opens them
-_AFTERWARDS: dict[tuple[type[Settings], str], Callable] = {(DQN, "Network"): draw_network}  # below the settings of a panel
+
+
+def _draw_guide(layout: bpy.types.UILayout, settings: Render, context: bpy.types.Context) -> None:
+    column = layout.column(align=True)
+    column.active = False  # grey
+    draw_text(column, settings.guide.__doc__ or "", context)
+
+
+# What is drawn below the settings of a panel.
+_AFTERWARDS: dict[tuple[type[Settings], str], Callable] = {(Render, "Method"): _draw_guide, (DQN, "Network"): draw_network}
 
 
 @dataclass(frozen=True)
@@ -100,7 +110,7 @@ class SectionPanel:
         layout.use_property_decorate = any(group.bl_rna.properties[entry.name].is_animatable for entry in section.entries)
         draw(layout, group, section.entries)
         if more := _AFTERWARDS.get((section.config, section.title)):
-            more(layout, properties.read(group, section.config))
+            more(layout, properties.read(group, section.config), context)
 
 
 class WithPresets(SectionPanel):

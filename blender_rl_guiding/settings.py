@@ -169,6 +169,7 @@ class Render(Settings):
     passes: bool = setting(
         False,
         "Keep albedo, normal, depth, position, emission, direct, indirect, variance and sample count, too.",
+        label="Data Passes",
         panel="Passes and Denoising",
     )
     denoise: bool = setting(False, "Write a denoised image, too, by Open Image Denoise with albedo and normal.")

@@ -89,6 +89,12 @@ def test_cycles_settings_that_are_taken_over(scene: bpy.types.Scene):
     }
 
 
+def test_a_box_has_no_width(scene: bpy.types.Scene):
+    scene.cycles.pixel_filter_type = "BOX"
+    (panel,) = (panel for panel in cycles_panels._PANELS if panel.bl_label == "Film")
+    assert drawn(panel, context(scene)).names == ["film_exposure", "pixel_filter_type", "film_transparent"]
+
+
 def test_limits_of_the_scene_are_grey_where_the_settings_have_their_own(scene: bpy.types.Scene):
     where = context(scene, object=None, light=None, world=None, material=None)
     (panel,) = (panel for panel in cycles_panels._PANELS if panel.bl_label == "Limits of the Scene")

@@ -9,7 +9,7 @@ from addon import panels
 from addon.network_picture import abridged, numbers
 from addon.properties import write
 from blender_rl_guiding.schema import active, entries, flags
-from blender_rl_guiding.settings import DQN, Encoder, Guide, QTable, Render
+from blender_rl_guiding.settings import DQN, RBF, Encoder, Guide, QTable, Render
 from tests.addon.layout import Layout, context, drawn
 
 GUIDES = [*(guide() for guide in get_args(Guide)), *(DQN(encoder=variant()) for variant in get_args(Encoder))]
@@ -90,10 +90,18 @@ def test_soft_limits_lie_within_limits():
             assert entry.soft[0] <= entry.default <= entry.soft[1], name
 
 
+def test_the_chosen_guide_is_described(scene: bpy.types.Scene):
+    for guide in get_args(Guide):
+        scene.rl_guiding.guide = guide.kind
+        assert " ".join(drawn(panels._PANELS[0], context(scene)).texts) == guide.__doc__
+
+
 def test_the_network_is_drawn(scene: bpy.types.Scene):
     write(scene.rl_guiding, Render(guide=DQN()))
     (network,) = (panel for panel in panels._PANELS if panel.bl_label == "Network")
     assert drawn(network, context(scene)).texts == ["30 → 96 → 96 → 360", "47.2 k parameters, table 32³"]
+    write(scene.rl_guiding, Render(guide=DQN(encoder=RBF())))
+    assert drawn(network, context(scene)).texts[:2] == ["encoder 108 → 64 → 64 → 24", "30 → 96 → 96 → 360"]
 
 
 def test_large_and_small_networks_stay_on_their_line():
