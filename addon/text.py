@@ -4,12 +4,13 @@ import textwrap
 
 import bpy
 
-_LETTER = 8  # pixels that a letter takes, about, with what stands beside the text shared out
+_LETTER = 6.5  # pixels that a letter takes, about
+_MARGIN = 60  # pixels of the editor that a panel's text does not have
 _LEAST = 16  # letters in a line
 
 
 def draw_text(layout: bpy.types.UILayout, text: str, context: bpy.types.Context) -> None:
     """Draw a text in as many lines as the editor's width asks for."""
-    letters = int(context.region.width / (_LETTER * context.preferences.system.ui_scale))
+    letters = int((context.region.width / context.preferences.system.ui_scale - _MARGIN) / _LETTER)
     for line in textwrap.wrap(text, max(letters, _LEAST)):
         layout.label(text=line, translate=False)

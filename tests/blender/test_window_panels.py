@@ -1,4 +1,4 @@
-"""The panels in a real Blender's window: nothing fails to draw, Check Scene keeps the render result. Screenshots: out/screens/panels-*.png."""
+"""The panels in a real Blender's window: nothing fails to draw, Check Scene keeps the render result. Pictures: out/screens/panels-*.png."""
 
 import json
 import os

@@ -10,19 +10,20 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-import addon
-from addon import cycles_panels, panels, presets
+import addon  # noqa: E402
+from addon import cycles_panels, panels, presets  # noqa: E402
 
 SCREENS, RESULT = map(Path, sys.argv[-2:])
 DRAWN = 0.5  # seconds in which a window has drawn itself
 SETTLED = 1.5  # and in which panels have moved to where they belong
-found: dict[str, object] = {}
+found: dict[str, Any] = {}
 
 
 def windows() -> tuple[bpy.types.Window, list[bpy.types.Area]]:
@@ -55,7 +56,7 @@ def screenshot(name: str) -> None:
     subprocess.run(["import", "-window", "root", str(SCREENS / f"panels-{name}.png")], check=True)
 
 
-def in_editor(which: int) -> object:
+def in_editor(which: int) -> Any:
     """The context of one of the Properties editors."""
     window, editors = windows()
     return bpy.context.temp_override(window=window, area=editors[which], region=editors[which].regions[-1])
@@ -89,11 +90,11 @@ def check_scene(scene: bpy.types.Scene) -> Iterator[float]:
 
 def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[float]:
     """Each guide and each encoder is drawn once."""
-    for guide in settings.bl_rna.properties["guide"].enum_items.keys():
-        settings.guide = guide
+    for guide in settings.bl_rna.properties["guide"].enum_items:
+        settings.guide = guide.identifier
         yield show("RENDER", "RENDER", "RENDER")
-    for encoder in settings.guide_dqn.bl_rna.properties["encoder"].enum_items.keys():
-        settings.guide_dqn.encoder = encoder
+    for encoder in settings.guide_dqn.bl_rna.properties["encoder"].enum_items:
+        settings.guide_dqn.encoder = encoder.identifier
         yield show("RENDER", "RENDER", "RENDER")
 
 
