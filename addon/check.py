@@ -12,7 +12,7 @@ import bpy
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Loss
 
-from .coverage import tell
+from .coverage import show
 from .export.coverage import of_scene
 from .export.scene import export
 
@@ -94,7 +94,7 @@ class RLG_OT_check(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         losses, fault = check(context.scene)
-        tell(context.scene.name, losses, fault)
+        show(context.scene.name, losses, fault)
         if fault:
             self.report({"WARNING"}, fault)
         return {"FINISHED"}

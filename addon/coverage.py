@@ -1,10 +1,10 @@
 """What of the scene cannot be rendered as it is, as a list: the object, where, and what stands in.
 
-Each render fills it (`tell`), and "Check Scene" without one. It belongs to the window manager, because it is about a moment: so it
+Each render fills it by `tell`, and "Check Scene" without one. It belongs to the window manager, because it is about a moment: so it
 is neither saved in the file, nor a change of the file, nor taken back by undo.
 """
 
-import functools
+import queue
 from collections.abc import Sequence
 
 import bpy
@@ -40,15 +40,27 @@ class RLG_Coverage(bpy.types.PropertyGroup):
     active: bpy.props.IntProperty(name="Loss", description="Click to select what it is about", default=-1, min=-1, update=_on_click)
 
 
+_LOOK = 0.25  # seconds between two looks at what other threads have told
+_told: queue.SimpleQueue[tuple[str, Sequence[Loss], str]] = queue.SimpleQueue()
+
+
 def tell(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
     """Show what the export of a scene, by its name, found. From any thread: where Blender has a window, engines render in one."""
     if bpy.app.background:
-        _show(scene, losses, fault)
+        show(scene, losses, fault)
     else:
-        bpy.app.timers.register(functools.partial(_show, scene, tuple(losses), fault), first_interval=0.0)
+        _told.put((scene, losses, fault))  # only the main thread may change Blender's data, or register a timer
 
 
-def _show(scene: str, losses: Sequence[Loss], fault: str) -> None:
+def _show_told() -> float:
+    """What the main thread does every now and then."""
+    while not _told.empty():
+        show(*_told.get())
+    return _LOOK
+
+
+def show(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
+    """As `tell`, at once, from the main thread."""
     manager = bpy.data.window_managers[0]
     coverage = manager.rl_guiding_coverage
     coverage.property_unset("active")  # without the update that a click causes
@@ -64,7 +76,7 @@ def _show(scene: str, losses: Sequence[Loss], fault: str) -> None:
 @bpy.app.handlers.persistent
 def _forget(_: object) -> None:
     """Another file is open: what is listed is not about it."""
-    _show("", (), "")
+    show("", ())
 
 
 class RLG_OT_show_loss(bpy.types.Operator):
@@ -93,10 +105,14 @@ def register() -> None:
         bpy.utils.register_class(one)
     bpy.types.WindowManager.rl_guiding_coverage = bpy.props.PointerProperty(type=RLG_Coverage, name="Coverage")
     bpy.app.handlers.load_post.append(_forget)
+    if not bpy.app.background:
+        bpy.app.timers.register(_show_told, persistent=True)
 
 
 def unregister() -> None:
     """Undo `register`."""
+    if bpy.app.timers.is_registered(_show_told):
+        bpy.app.timers.unregister(_show_told)
     bpy.app.handlers.load_post.remove(_forget)
     del bpy.types.WindowManager.rl_guiding_coverage
     for one in reversed(_CLASSES):

@@ -34,6 +34,7 @@ def test_panels_in_a_window(tmp_path: Path):
         "unchanged": True,
         "losses": ["Left", "Morning fog"],
         "active": "Left",
+        "told": [1, 2],
         "applied": "qtable",
         "undone": "bsdf",
         "edited": True,

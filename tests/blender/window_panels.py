@@ -7,6 +7,7 @@ to RESULT as JSON; what panels print when they fail to draw is on stderr.
 import json
 import subprocess
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 import addon  # noqa: E402
-from addon import cycles_panels, panels, presets  # noqa: E402
+from addon import coverage, cycles_panels, panels, presets  # noqa: E402
 
 SCREENS, RESULT = map(Path, sys.argv[-2:])
 DRAWN = 0.5  # seconds in which a window has drawn itself
@@ -79,13 +80,25 @@ def check_scene(scene: bpy.types.Scene) -> Iterator[float]:
     yield show("RENDER", "RENDER", "RENDER")
     with in_editor(1):
         bpy.ops.rl_guided.check()
-    yield DRAWN
     found["unchanged"] = before == (rendered(), bpy.data.is_dirty, len(bpy.data.scenes), len(bpy.data.images))
-    coverage = bpy.context.window_manager.rl_guiding_coverage
-    found["losses"] = [line.object for line in coverage.losses]
-    coverage.active = found["losses"].index("Left")
+    shown = bpy.context.window_manager.rl_guiding_coverage
+    found["losses"] = [line.object for line in shown.losses]
+    shown.active = found["losses"].index("Left")
     found["active"] = bpy.context.view_layer.objects.active.name
     scene.render.resolution_percentage = 100
+
+
+def told_by_a_thread() -> Iterator[float]:
+    """As by an engine, which renders in a thread of its own."""
+    losses = bpy.context.window_manager.rl_guiding_coverage.losses
+    kept = [line.loss for line in losses]
+    for told in (kept[1:], kept):
+        thread = threading.Thread(target=coverage.tell, args=("c1", told))
+        thread.start()
+        thread.join()
+        yield DRAWN
+        found.setdefault("told", []).append(len(losses))
+    bpy.context.window_manager.rl_guiding_coverage.active = 0
 
 
 def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[float]:
@@ -141,6 +154,7 @@ def steps() -> Iterator[float]:
     red.links.new(red.nodes.new("ShaderNodeTexVoronoi").outputs["Color"], diffuse.inputs["Color"])
     yield DRAWN
     yield from check_scene(scene)
+    yield from told_by_a_thread()
     yield from every_variant(scene.rl_guiding)
     scene.rl_guiding.guide_dqn.encoder = "frequency"
     scene.rl_guiding.guide_dqn.schedule = "cosine"
