@@ -1,4 +1,4 @@
-"""The Blender add-on: the render engine RL Guided, its settings, panel and preferences."""
+"""The Blender add-on: the render engine RL Guided, its settings, panels and preferences."""
 
 import sys
 
@@ -7,9 +7,34 @@ if __name__.startswith("bl_ext.") and f"{__name__}.engine" not in sys.modules:
     for _name in [name for name in sys.modules if name.partition(".")[0] == "blender_rl_guiding"]:
         del sys.modules[_name]
 
-from . import engine, panels, preferences, properties, repair  # only after that
+from . import (  # only after that
+    blender_panels,
+    check,
+    coverage,
+    coverage_panel,
+    cycles_panels,
+    engine,
+    panels,
+    preferences,
+    presets,
+    properties,
+    repair,
+)
 
-_MODULES = (preferences, properties, repair, engine, panels)
+# In this order: what comes later names what came before.
+_MODULES = (
+    preferences,
+    properties,
+    repair,
+    engine,
+    presets,
+    panels,
+    cycles_panels,
+    coverage,
+    check,
+    coverage_panel,
+    blender_panels,
+)
 
 
 def register() -> None:

@@ -13,7 +13,7 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
 
-from . import environment, worker_client
+from . import coverage, environment, worker_client
 from .export.scene import export
 from .properties import read
 
@@ -58,6 +58,7 @@ class RLGuided(Exporter):
     bl_idname = "RL_GUIDED"
     bl_label = "RL Guided"
     bl_use_eevee_viewport = True  # Material Preview; for pictures of materials Blender itself takes EEVEE
+    bl_use_shading_nodes_custom = False  # materials are made of the nodes of Cycles
 
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         """What the compositor can connect to."""
@@ -70,7 +71,7 @@ class RLGuided(Exporter):
         with worker_client.borrowed(environment.python()) as worker, tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
             worker.send("prepare", **job)
             self.update_stats("", "Exporting the scene")
-            scene = export(depsgraph)
+            scene = _told(depsgraph)
             bundle, frames = Path(folder, "scene.npz"), Path(folder, "frames")
             save(scene, bundle)
             for name, (channels, _) in _passes(settings).items():
@@ -115,6 +116,17 @@ class RLGuided(Exporter):
             if (path := frames / f"{target.name}.npy").exists():
                 target.rect.foreach_set(np.load(path, allow_pickle=False).ravel())
         self.end_result(result)
+
+
+def _told(depsgraph: bpy.types.Depsgraph) -> SceneData:
+    """The scene; what of it cannot be rendered as it is goes to the coverage list."""
+    try:
+        scene = export(depsgraph)
+    except InputError as error:
+        coverage.tell(depsgraph.scene.name, (), str(error))
+        raise
+    coverage.tell(depsgraph.scene.name, scene.coverage)
+    return scene
 
 
 def status_line(event: dict[str, Any]) -> str:

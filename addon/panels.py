@@ -1,45 +1,149 @@
-"""The panel in Render properties: it walks the settings, so a new setting needs no code here."""
+"""The panels in Render properties, generated from the settings: a new setting needs no code here.
+
+A setting's declaration says which panel it is in (see `schema.setting`). The panels of a variant hang below the panel of the menu
+that it is chosen from; what a variant declares outside of a panel is drawn right below that menu.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
 
 import bpy
 
-from blender_rl_guiding.schema import Settings, entries
-from blender_rl_guiding.settings import Render
+from blender_rl_guiding.schema import Entry, Settings, entries
+from blender_rl_guiding.settings import DQN, Render
 
+from . import presets, properties
 from .engine import RLGuided
+from .network_picture import draw_network
+from .text import draw_text
+
+_CLOSED = {"Learning", "Replay Memory", "Passes and Denoising"}  # until the user opens them
 
 
-def draw(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, config: type[Settings]) -> None:
-    """Draw every setting of a class, and below a menu the settings of the chosen variant alone."""
-    for entry in entries(config):
-        layout.prop(group, entry.name)
+def _draw_guide(layout: bpy.types.UILayout, settings: Render, context: bpy.types.Context) -> None:
+    column = layout.column(align=True)
+    column.active = False  # grey
+    draw_text(column, settings.guide.__doc__ or "", context)
+
+
+# What is drawn below the settings of a panel.
+_AFTERWARDS: dict[tuple[type[Settings], str], Callable] = {(Render, "Method"): _draw_guide, (DQN, "Network"): draw_network}
+
+
+@dataclass(frozen=True)
+class Section:
+    """The settings of one panel."""
+
+    name: str  # unique: "dqn_learning"
+    title: str
+    config: type[Settings]
+    path: tuple[str, ...]  # of attributes, from `scene.rl_guiding` to the group that has the values
+    parent: str  # name of the section below whose panel this one hangs; empty at the top
+
+    @property
+    def entries(self) -> list[Entry]:
+        """In the order of their declaration."""
+        return _shown_in(self.config, self.title)
+
+
+def _shown_in(config: type[Settings], title: str) -> list[Entry]:
+    return [entry for entry in entries(config) if entry.panel == title]
+
+
+def sections(config: type[Settings], path: tuple[str, ...] = (), scope: str = "", parent: str = "") -> Iterator[Section]:
+    """The panels of a class, and of all variants that can be chosen in it; parents before their children."""
+    for title in dict.fromkeys(entry.panel for entry in entries(config)):
+        here = parent
+        if title:
+            here = f"{scope}{title.lower().replace(' ', '_')}"
+            yield Section(here, title, config, path, parent)
+        for entry in _shown_in(config, title):
+            for kind, variant in entry.variants.items():
+                yield from sections(variant, (*path, f"{entry.name}_{kind}"), f"{scope}{kind}_", here)
+
+
+def group_at(root: bpy.types.PropertyGroup, path: tuple[str, ...]) -> Any:
+    """The PropertyGroup that a path leads to; None if another variant is chosen somewhere on it."""
+    for step in path:
+        menu, _, kind = step.rpartition("_")
+        if getattr(root, menu) != kind:
+            return None
+        root = getattr(root, step)
+    return root
+
+
+def draw(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, shown: list[Entry]) -> None:
+    """Draw settings, and below a menu those of the chosen variant that have no panel of their own."""
+    switches = None  # the column of the switches that follow each other
+    for entry in shown:
+        if entry.type is bool:
+            switches = switches or layout.column(align=True)
+            switches.prop(group, entry.name)
+            continue
+        switches = None
+        place = layout.column()
+        place.active = not entry.when or getattr(group, entry.when[0]) == entry.when[1]
+        place.prop(group, entry.name)
         if entry.variants:
-            chosen = getattr(group, entry.name)
-            draw(layout.column(align=True), getattr(group, f"{entry.name}_{chosen}"), entry.variants[chosen])
+            kind = getattr(group, entry.name)
+            draw(layout, getattr(group, f"{entry.name}_{kind}"), _shown_in(entry.variants[kind], ""))
 
 
-class RLG_PT_render(bpy.types.Panel):
-    """The settings of a render, as in `blender_rl_guiding.settings.Render`."""
+class SectionPanel:
+    """What the panels of all sections do."""
 
-    bl_label = "RL Guided"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
+    layout: bpy.types.UILayout
+    section: Section
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == RLGuided.bl_idname
+        return context.engine == RLGuided.bl_idname and group_at(context.scene.rl_guiding, cls.section.path) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False  # the settings cannot be animated
-        draw(self.layout, context.scene.rl_guiding, Render)
+        section, layout = self.section, self.layout
+        group = group_at(context.scene.rl_guiding, section.path)
+        layout.use_property_split = True
+        layout.use_property_decorate = any(group.bl_rna.properties[entry.name].is_animatable for entry in section.entries)
+        draw(layout, group, section.entries)
+        if more := _AFTERWARDS.get((section.config, section.title)):
+            more(layout, properties.read(group, section.config), context)
+
+
+class WithPresets(SectionPanel):
+    """The first panel has the menu of presets in its header."""
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        presets.RLG_PT_presets.draw_panel_header(self.layout)
+
+
+def _panel(section: Section, base: type) -> type:
+    idname = f"RLG_PT_{section.name}"
+    says = {"bl_label": section.title, "bl_options": {"DEFAULT_CLOSED"} if section.title in _CLOSED else set()}
+    below = {"bl_parent_id": f"RLG_PT_{section.parent}"} if section.parent else {}
+    about = f"{section.title}: settings of {section.config.label}."
+    return type(idname, (base, bpy.types.Panel), {"bl_idname": idname, "section": section, "__doc__": about, **says, **below})
+
+
+def make_panels() -> list[type]:
+    """One panel for each section of `Render`, unregistered."""
+    first, *others = sections(Render)
+    return [_panel(first, WithPresets), *(_panel(section, SectionPanel) for section in others)]
+
+
+_PANELS = make_panels()
 
 
 def register() -> None:
-    """The panel."""
-    bpy.utils.register_class(RLG_PT_render)
+    """The panels."""
+    for panel in _PANELS:
+        bpy.utils.register_class(panel)
 
 
 def unregister() -> None:
     """Undo `register`."""
-    bpy.utils.unregister_class(RLG_PT_render)
+    for panel in reversed(_PANELS):
+        bpy.utils.unregister_class(panel)

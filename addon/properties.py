@@ -12,7 +12,10 @@ import numpy as np
 from blender_rl_guiding.schema import Entry, Settings, entries
 from blender_rl_guiding.settings import Render
 
-_NUMBERS = {bool: (bpy.props.BoolProperty, {}), int: (bpy.props.IntProperty, {}), float: (bpy.props.FloatProperty, {"precision": 5})}
+_DIGITS = 3  # after the point; Blender adds more where a small number would be shown as 0
+_CLICKS = 100  # on an arrow of a number's field, from one soft limit to the other
+_UNITS = {"": {}, "share": {"subtype": "FACTOR"}, "seconds": {"unit": "TIME_ABSOLUTE"}}
+_NUMBERS = {bool: bpy.props.BoolProperty, int: bpy.props.IntProperty, float: bpy.props.FloatProperty}
 
 
 def make_groups(default: Settings, name: str = "RLG") -> list[type]:
@@ -21,7 +24,7 @@ def make_groups(default: Settings, name: str = "RLG") -> list[type]:
     annotations: dict[str, Any] = {}
     for entry in entries(type(default)):
         value = getattr(default, entry.name)
-        annotations[entry.name] = _property(entry, value)
+        annotations[entry.name] = _property(entry, value, animated=isinstance(default, Render) and entry.type in (int, float))
         for kind, variant in entry.variants.items():
             inner = make_groups(value if kind == value.kind else variant(), f"{name}_{entry.name}_{kind}")
             groups += inner
@@ -29,17 +32,36 @@ def make_groups(default: Settings, name: str = "RLG") -> list[type]:
     return [*groups, type(name, (bpy.types.PropertyGroup,), {"__annotations__": annotations})]
 
 
-def _property(entry: Entry, value: Any) -> Any:
-    text = {"name": entry.label, "description": entry.doc.rstrip(".")}
+def _property(entry: Entry, value: Any, animated: bool) -> Any:
+    """Animated is what each frame may have of its own: numbers of the render. A guide is of one kind and size throughout."""
+    common = {"name": entry.label, "description": _sentence(entry.doc), "options": {"ANIMATABLE"} if animated else set()}
     if entry.variants:
-        items = [(kind, variant.__name__, (variant.__doc__ or "").rstrip(".")) for kind, variant in entry.variants.items()]
-        return bpy.props.EnumProperty(items=_numbered(items), default=value.kind, **text)
+        items = [(kind, variant.label, _sentence(variant.__doc__)) for kind, variant in entry.variants.items()]
+        return bpy.props.EnumProperty(items=_numbered(items), default=value.kind, **common)
     if entry.choices:
-        items = [(choice, choice.capitalize(), "") for choice in entry.choices]
-        return bpy.props.EnumProperty(items=_numbered(items), default=value, **text)
-    make, extra = _NUMBERS[entry.type]
-    limits = {side: limit for side, limit in zip(("min", "max"), entry.limits, strict=True) if limit is not None}
-    return make(default=value, **text, **limits, **extra)
+        items = [(choice, label, "") for choice, label in entry.choices.items()]
+        return bpy.props.EnumProperty(items=_numbered(items), default=value, **common)
+    return _NUMBERS[entry.type](default=value, **common, **_limits(entry), **_look(entry))
+
+
+def _sentence(text: str | None) -> str:
+    """Blender adds the full stop of a tooltip by itself."""
+    return (text or "").rstrip(".")
+
+
+def _limits(entry: Entry) -> dict[str, Any]:
+    hard = zip(("min", "max"), entry.limits, strict=True)
+    soft = zip(("soft_min", "soft_max"), entry.soft, strict=True)
+    return {side: limit for side, limit in (*hard, *soft) if limit is not None}
+
+
+def _look(entry: Entry) -> dict[str, Any]:
+    """How a number with a point is shown and stepped."""
+    if entry.type is not float:
+        return {}
+    low, high = entry.soft
+    step = {} if low is None or high is None else {"step": 100 * (high - low) / _CLICKS}  # Blender counts steps in hundredths
+    return {"precision": _DIGITS, **step, **_UNITS[entry.unit]}
 
 
 def _numbered(items: list[tuple[str, str, str]]) -> list[tuple[str, str, str, str, int]]:
@@ -48,7 +70,7 @@ def _numbered(items: list[tuple[str, str, str]]) -> list[tuple[str, str, str, st
 
 
 def read(group: bpy.types.PropertyGroup, config: type[Settings]) -> Any:
-    """The settings object that the values shown in Blender stand for."""
+    """The settings object that the values shown in Blender stand for. For a frame, ask the evaluated scene: some are animated."""
     values = {}
     for entry in entries(config):
         value = getattr(group, entry.name)

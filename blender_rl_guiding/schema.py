@@ -17,18 +17,55 @@ class SettingsError(ValueError):
     """A setting that does not exist or has a value that it cannot have; the message is one line that names it."""
 
 
-def setting(default: Any, doc: str, *, min: float | None = None, max: float | None = None, label: str = "") -> Any:
-    """Declare one setting: its default, one sentence of help, its inclusive limits, and its label where its name will not do."""
-    return field(default=default, metadata={"doc": doc, "limits": (min, max), "label": label})
+Unit = Literal["", "share", "seconds"]
+
+
+def setting(
+    default: Any,
+    doc: str,
+    *,
+    min: float | None = None,
+    max: float | None = None,
+    soft: tuple[float, float] | None = None,
+    unit: Unit = "",
+    label: str = "",
+    choices: Mapping[str, str] | None = None,
+    panel: str = "",
+    when: tuple[str, str] | None = None,
+) -> Any:
+    """Declare one setting: its default, one sentence of help and its inclusive limits. What follows is for panels alone.
+
+    `soft`: the limits that dragging keeps to, where people seldom leave them; `label`, and `choices` for the labels of a choice's
+    values: where their names will not do; `panel`: the setting opens a panel of this title, and those declared after it join it;
+    `when`: a choice of the same class and its value without which the setting has no effect.
+    """
+    return field(
+        default=default,
+        metadata={
+            "doc": doc,
+            "limits": (min, max),
+            "soft": soft or (min, max),
+            "unit": unit,
+            "label": label,
+            "choices": choices or {},
+            "panel": panel,
+            "when": when,
+        },
+    )
 
 
 class Settings:
-    """Base of every settings class; an instance outside its limits cannot exist."""
+    """Base of every settings class; an instance outside its limits cannot exist.
+
+    `kind` is the class's name in files and on the command line, `label` for people; both come from the class's own name if not given.
+    """
 
     kind: ClassVar[str]
+    label: ClassVar[str]
 
-    def __init_subclass__(cls, kind: str | None = None) -> None:
+    def __init_subclass__(cls, kind: str | None = None, label: str | None = None) -> None:
         cls.kind = kind or cls.__name__.lower()
+        cls.label = label or cls.__name__
 
     def __post_init__(self) -> None:
         for entry in entries(type(self)):
@@ -51,20 +88,27 @@ class Entry:
     doc: str
     label: str  # what a panel shows
     limits: tuple[float | None, float | None]
-    choices: tuple[str, ...]  # empty unless the field is a Literal
+    soft: tuple[float | None, float | None]  # `limits`, or narrower
+    unit: Unit
+    choices: dict[str, str]  # labels by value; empty unless the field is a Literal
     variants: Variants  # empty unless the field is a union of settings classes
+    panel: str  # title; empty where the field is shown with the menu that its class is chosen from
+    when: tuple[str, str] | None  # another field, and the value that it must have for this one to have an effect
 
 
 def entries(config: type[Settings]) -> Iterator[Entry]:
     """The fields of a settings class in the order of their declaration."""
-    hints = get_type_hints(config)
+    hints, panel = get_type_hints(config), ""
     for f in fields(config):  # type: ignore[arg-type]  # every settings class is a dataclass
         hint = hints[f.name]
         variants = {v.kind: v for v in get_args(hint)} if isinstance(hint, UnionType) else {}
-        choices = get_args(hint) if get_origin(hint) is Literal else ()
-        label = f.metadata["label"] or f.name.replace("_", " ").title()
+        values = get_args(hint) if get_origin(hint) is Literal else ()
+        choices = {value: value.capitalize() for value in values} | dict(f.metadata["choices"])
         kind = str if choices else Settings if variants else hint
-        yield Entry(f.name, kind, f.default, f.metadata["doc"], label, f.metadata["limits"], choices, variants)
+        said = {key: f.metadata[key] for key in ("doc", "limits", "soft", "unit", "when")}
+        panel = f.metadata["panel"] or panel
+        label = f.metadata["label"] or f.name.replace("_", " ").title()
+        yield Entry(f.name, kind, f.default, label=label, choices=choices, variants=variants, panel=panel, **said)
 
 
 def _checked(entry: Entry, value: Any, path: str) -> Any:

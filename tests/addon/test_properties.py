@@ -1,14 +1,12 @@
 """Settings as Blender shows them: same defaults, same limits, nothing lost on the way in, out or through a file."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import get_args
 
 import bpy
 import pytest
 
-from addon import panels
 from addon.properties import read, write
 from blender_rl_guiding.schema import entries, flags
 from blender_rl_guiding.settings import DQN, Encoder, Frequency, Guide, NoEncoding, Render, Uniform
@@ -58,27 +56,65 @@ def test_numbers_are_clamped_to_their_limits(scene: bpy.types.Scene, side: int):
                 assert getattr(read(group, config), entry.name) == entry.limits[side], entry.name
 
 
-class Layout(SimpleNamespace):
-    """Stands in for Blender's layout and notes what is drawn."""
-
-    def prop(self, group: bpy.types.PropertyGroup, name: str) -> None:
-        assert name in group.bl_rna.properties
-        self.drawn.append(name)
-
-    def column(self, align: bool) -> "Layout":
-        return self
-
-
-@pytest.mark.parametrize(("guide", "shown"), [("bsdf", set()), ("dqn", {f.name for f in fields(DQN)} | {"octaves"})])
-def test_the_panel_shows_the_chosen_variant_alone(scene: bpy.types.Scene, guide: str, shown: set[str]):
-    scene.rl_guiding.guide = guide
-    layout = Layout(drawn=[])
-    panels.draw(layout, scene.rl_guiding, Render)
-    assert set(layout.drawn) == {f.name for f in fields(Render)} | shown
-    assert len(layout.drawn) == len(set(layout.drawn))
-
-
 def test_every_property_has_the_help_of_its_setting(scene: bpy.types.Scene):
     for name, entry in flags(Render):
         if "." not in name:
             assert scene.rl_guiding.bl_rna.properties[name].description == entry.doc.rstrip(".")
+
+
+def test_only_numbers_of_the_render_are_animated(scene: bpy.types.Scene):
+    animated = {p.identifier for p in scene.rl_guiding.bl_rna.properties if p.is_animatable and p.type != "POINTER"} - {"name"}
+    assert animated == {"spp", "noise", "seconds", "seed", "emphasis", "max_bounces"}
+    assert not any(p.is_animatable for p in scene.rl_guiding.guide_dqn.bl_rna.properties if p.type in ("INT", "FLOAT", "ENUM"))
+
+
+def test_an_animated_setting_is_read_from_the_scene_that_renders(scene: bpy.types.Scene):
+    seen = []
+
+    class Reader(bpy.types.RenderEngine):
+        """Reads the settings as an engine does."""
+
+        bl_idname = "RL_GUIDED_READER"
+        bl_label = "RL Guided Reader"
+
+        def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+            seen.append(read(depsgraph.scene.rl_guiding, Render).seed)
+
+    for frame, seed in ((1, 10), (2, 20)):
+        scene.rl_guiding.seed = seed
+        assert scene.keyframe_insert("rl_guiding.seed", frame=frame)
+    bpy.utils.register_class(Reader)
+    try:
+        scene.render.engine = Reader.bl_idname
+        for frame in (2, 1):
+            scene.frame_set(frame)
+            bpy.ops.render.render()
+    finally:
+        bpy.utils.unregister_class(Reader)
+    assert seen == [20, 10]
+
+
+def test_shares_are_sliders_and_small_numbers_are_readable(scene: bpy.types.Scene):
+    guide = scene.rl_guiding.guide_dqn.bl_rna.properties
+    assert {name for name, p in guide.items() if p.subtype == "FACTOR"} == {"bsdf_fraction", "tau"}
+    rate = guide["learning_rate"]
+    assert rate.precision == 3
+    assert rate.step / 100 == pytest.approx(1e-3, rel=0.01)  # what a click on an arrow adds
+    assert scene.rl_guiding.bl_rna.properties["seconds"].unit == "TIME_ABSOLUTE"
+    assert (rate.soft_min, rate.hard_max) == (pytest.approx(1e-4), 10)
+
+
+def test_menus_show_labels(scene: bpy.types.Scene):
+    root, dqn = scene.rl_guiding, scene.rl_guiding.guide_dqn
+    shown = {
+        name: [item.name for item in group.bl_rna.properties[name].enum_items]
+        for group in (root, dqn)
+        for name in ("guide", "encoder", "activation", "loss")
+        if name in group.bl_rna.properties
+    }
+    assert shown == {
+        "guide": ["Uniform", "Material (BSDF)", "Q-Table", "Deep Q-Network"],
+        "encoder": ["No Encoding", "Frequency Encoding", "Radial Basis Functions", "B-Splines"],
+        "activation": ["ReLU", "SiLU", "Tanh"],
+        "loss": ["DQN", "C-DQN"],
+    }

@@ -1,0 +1,204 @@
+"""Presets: the built-in ones, and the user's own as files in Blender's presets folder, in a menu of the first panel's header.
+
+A preset of the user's is JSON that `rlg render --settings` reads, too. Applying either leaves alone what variants that are not
+chosen are set to, and is one step to undo.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bl_ui.utils import PresetPanel
+
+from blender_rl_guiding.errors import InputError, atomic
+from blender_rl_guiding.schema import entries, from_dict, to_dict
+from blender_rl_guiding.settings import PRESETS, Render
+
+from .properties import read, write
+
+_FOLDER = "presets/rl_guided"  # below the user's scripts, as for all presets of Blender
+
+
+def apply(scene: bpy.types.Scene, name: str) -> None:
+    """Choose a built-in preset. What no preset is about, as samples and seed, stays as the user has it."""
+    present, preset = to_dict(read(scene.rl_guiding, Render)), to_dict(PRESETS[name].settings)
+    write(scene.rl_guiding, from_dict(Render, present | {setting: preset[setting] for setting in subjects()}))
+
+
+def subjects() -> set[str]:
+    """The settings that built-in presets are about: those that any of them changes."""
+    default = Render()
+    settings = [preset.settings for preset in PRESETS.values()]
+    names = [entry.name for entry in entries(Render)]
+    return {name for name in names if any(getattr(one, name) != getattr(default, name) for one in settings)}
+
+
+def files() -> list[Path]:
+    """The user's presets, in the order of their names."""
+    folder = bpy.utils.user_resource("SCRIPTS", path=_FOLDER)
+    return sorted(Path(folder).glob("*.json")) if folder else []
+
+
+def path_of(name: str) -> Path:
+    """The file of the user's preset of that name; its folder may have to be made. InputError where Blender has no place for it."""
+    folder = bpy.utils.user_resource("SCRIPTS", path=_FOLDER)
+    if not folder:
+        raise InputError("there is no folder for presets")
+    return Path(folder) / f"{bpy.path.clean_name(name.strip())}.json"
+
+
+def shown_name(path: Path) -> str:
+    """What the menu calls a file."""
+    return bpy.path.display_name(path.name, title_case=False)
+
+
+def load(scene: bpy.types.Scene, path: Path) -> None:
+    """Take over all settings of a file. InputError names the file and what is wrong with it."""
+    try:
+        settings = from_dict(Render, json.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise InputError(f"{path.name}: {error}") from error
+    write(scene.rl_guiding, settings)
+
+
+def add(scene: bpy.types.Scene, name: str) -> Path:
+    """Keep all settings of a scene as a preset. InputError where there is one of that name, or it cannot be written."""
+    path = path_of(name)
+    if not name.strip():
+        raise InputError("a preset needs a name")
+    if path.exists():
+        raise InputError(f"there is a preset '{shown_name(path)}' already")
+    with atomic(path) as part:
+        part.write_text(json.dumps(to_dict(read(scene.rl_guiding, Render)), indent=1), encoding="utf-8")
+    return path
+
+
+def remove(name: str) -> None:
+    """Delete one of the user's presets. InputError if there is none of that name, or it cannot be deleted."""
+    path = path_of(name)
+    try:
+        path.unlink()
+    except OSError as error:
+        raise InputError(f"cannot remove {path}: {error.strerror or error}") from error
+
+
+class _Operator(bpy.types.Operator):
+    """Runs `act` and shows its InputError; itself never registered."""
+
+    bl_options = {"UNDO", "INTERNAL"}
+
+    def act(self, context: bpy.types.Context) -> None:
+        raise NotImplementedError
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            self.act(context)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class RLG_OT_preset_apply(_Operator):
+    """See `apply`."""
+
+    bl_idname = "rl_guided.preset_apply"
+    bl_label = "Apply Preset"
+
+    name: bpy.props.StringProperty(options={"SKIP_SAVE"})
+
+    @classmethod
+    def description(cls, context: bpy.types.Context, properties: Any) -> str:
+        return PRESETS[properties.name].doc.rstrip(".")
+
+    def act(self, context: bpy.types.Context) -> None:
+        if self.name not in PRESETS:
+            raise InputError(f"no preset is called {self.name!r}")
+        apply(context.scene, self.name)
+
+
+class RLG_OT_preset_load(_Operator):
+    """See `load`."""
+
+    bl_idname = "rl_guided.preset_load"
+    bl_label = "Load Preset"
+    bl_description = "Take over all settings of this preset"
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+
+    def act(self, context: bpy.types.Context) -> None:
+        load(context.scene, Path(self.filepath))
+
+
+class RLG_OT_preset_add(_Operator):
+    """See `add`."""
+
+    bl_idname = "rl_guided.preset_add"
+    bl_label = "Add Preset"
+    bl_description = "Keep the present settings as a preset of this name"
+    bl_options = {"INTERNAL"}
+
+    name: bpy.props.StringProperty(options={"SKIP_SAVE"})
+
+    def act(self, context: bpy.types.Context) -> None:
+        add(context.scene, self.name)
+
+
+class RLG_OT_preset_remove(_Operator):
+    """See `remove`."""
+
+    bl_idname = "rl_guided.preset_remove"
+    bl_label = "Remove Preset"
+    bl_description = "Delete this preset's file"
+    bl_options = {"INTERNAL"}
+
+    name: bpy.props.StringProperty(options={"SKIP_SAVE"})
+
+    def act(self, context: bpy.types.Context) -> None:
+        remove(self.name)
+
+
+class RLG_PT_presets(PresetPanel, bpy.types.Panel):
+    """The menu: the built-in ones, then the user's."""
+
+    bl_label = "Presets"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.emboss = "PULLDOWN_MENU"
+        layout.operator_context = "EXEC_DEFAULT"
+        column = layout.column(align=True)
+        for name, preset in PRESETS.items():
+            column.operator(RLG_OT_preset_apply.bl_idname, text=preset.label, translate=False).name = name
+        layout.separator()
+        self._draw_own(layout.column(align=True), context)
+
+    def _draw_own(self, column: bpy.types.UILayout, context: bpy.types.Context) -> None:
+        """The user's, each with a button that removes it, and a field for the name of a new one."""
+        for path in files():
+            row = column.row(align=True)
+            row.operator(RLG_OT_preset_load.bl_idname, text=shown_name(path), translate=False).filepath = str(path)
+            row.operator(RLG_OT_preset_remove.bl_idname, text="", icon="REMOVE").name = path.stem
+        row = column.row()
+        field = row.row()
+        field.emboss = "NORMAL"
+        field.prop(context.window_manager, "preset_name", text="")
+        row.operator(RLG_OT_preset_add.bl_idname, text="", icon="ADD").name = context.window_manager.preset_name
+
+
+_CLASSES = (RLG_OT_preset_apply, RLG_OT_preset_load, RLG_OT_preset_add, RLG_OT_preset_remove, RLG_PT_presets)
+
+
+def register() -> None:
+    """The operators, and the menu."""
+    for one in _CLASSES:
+        bpy.utils.register_class(one)
+
+
+def unregister() -> None:
+    """Undo `register`."""
+    for one in reversed(_CLASSES):
+        bpy.utils.unregister_class(one)

@@ -1,0 +1,65 @@
+"""A stand-in for Blender's layout: notes what panels draw, and raises where Blender would."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+
+
+class Layout:
+    """Whatever is drawn into it or into its rows, columns and boxes is kept in one list, in order."""
+
+    def __init__(self, drawn: list | None = None, parent: "Layout | None" = None) -> None:
+        self.drawn: list[SimpleNamespace] = [] if drawn is None else drawn
+        self.active = parent.active if parent else True
+        self.use_property_split = self.use_property_decorate = False
+        self.alignment = self.emboss = self.operator_context = ""
+
+    def _inside(self, **_: Any) -> "Layout":
+        return Layout(self.drawn, self)
+
+    row = column = box = split = _inside
+
+    def prop(self, owner: bpy.types.bpy_struct, name: str, **_: Any) -> None:
+        assert name in owner.bl_rna.properties, name
+        self.drawn.append(SimpleNamespace(kind="prop", owner=owner, name=name, active=self.active))
+
+    def label(self, text: str = "", **_: Any) -> None:
+        self.drawn.append(SimpleNamespace(kind="label", text=text))
+
+    def operator(self, name: str, text: str = "", **_: Any) -> SimpleNamespace:
+        self.drawn.append(SimpleNamespace(kind="operator", operator=name, text=text, options=SimpleNamespace()))
+        return self.drawn[-1].options
+
+    def separator(self) -> None:
+        pass
+
+    def template_list(self, kind: str, _: str, owner: Any, items: str, *rest: Any, rows: int) -> None:
+        self.drawn.append(SimpleNamespace(kind="list", items=[*getattr(owner, items)]))
+
+    def template_node_view(self, tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket) -> None:
+        self.drawn.append(SimpleNamespace(kind="node", node=node, socket=socket))
+
+    @property
+    def names(self) -> list[str]:
+        """Of the properties drawn."""
+        return [one.name for one in self.drawn if one.kind == "prop"]
+
+    @property
+    def texts(self) -> list[str]:
+        """Of labels and operators."""
+        return [one.text for one in self.drawn if one.kind in ("label", "operator")]
+
+
+def context(scene: bpy.types.Scene, engine: str = "RL_GUIDED", **more: Any) -> SimpleNamespace:
+    """What panels ask a context for."""
+    common = {"preferences": SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)), "region": SimpleNamespace(width=400)}
+    return SimpleNamespace(scene=scene, engine=engine, window_manager=bpy.context.window_manager, **common | more)
+
+
+def drawn(panel: type, where: SimpleNamespace) -> Layout:
+    """What a registered panel draws in a context that it polls for."""
+    assert panel.poll(where)
+    layout = Layout()
+    panel.draw(SimpleNamespace(layout=layout, **{name: value for name, value in vars(panel).items() if not name.startswith("_")}), where)
+    return layout

@@ -1,0 +1,196 @@
+"""What test_window_panels.py has a Blender with a window do: `window_panels.py SCREENS RESULT`.
+
+Draws every panel for every guide and encoder, checks the scene, applies presets, and leaves screenshots in SCREENS. What it found goes
+to RESULT as JSON; what panels print when they fail to draw is on stderr.
+"""
+
+import json
+import subprocess
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+import addon  # noqa: E402
+from addon import coverage, cycles_panels, panels, presets  # noqa: E402
+
+SCREENS, RESULT = map(Path, sys.argv[-2:])
+DRAWN = 0.5  # seconds in which a window has drawn itself
+SETTLED = 1.5  # and in which panels have moved to where they belong
+found: dict[str, Any] = {}
+
+
+def windows() -> tuple[bpy.types.Window, list[bpy.types.Area]]:
+    """The window, and its Properties editors from left to right."""
+    window = bpy.context.window_manager.windows[0]
+    editors = [area for area in window.screen.areas if area.type == "PROPERTIES"]
+    return window, sorted(editors, key=lambda area: area.x)
+
+
+def arrange() -> None:
+    """Three Properties editors in place of the viewport, beside the usual one."""
+    window, _ = windows()
+    for factor in (1 / 3, 1 / 2):
+        widest = max(window.screen.areas, key=lambda area: area.width * area.height)
+        with bpy.context.temp_override(window=window, area=widest, region=widest.regions[-1]):
+            bpy.ops.screen.area_split(direction="VERTICAL", factor=factor)
+    for area in [area for area in window.screen.areas if area.type == "VIEW_3D"]:
+        area.type = "PROPERTIES"
+
+
+def show(*tabs: str) -> float:
+    """Turn the Properties editors to these tabs; the seconds that it takes."""
+    for area, tab in zip(windows()[1], tabs, strict=False):
+        area.spaces.active.context = tab
+        area.tag_redraw()
+    return DRAWN
+
+
+def screenshot(name: str) -> None:
+    subprocess.run(["import", "-window", "root", str(SCREENS / f"panels-{name}.png")], check=True)
+
+
+def in_editor(which: int) -> Any:
+    """The context of one of the Properties editors."""
+    window, editors = windows()
+    return bpy.context.temp_override(window=window, area=editors[which], region=editors[which].regions[-1])
+
+
+def rendered() -> bytes:
+    """The render result, as a file."""
+    path = RESULT.with_suffix(".png")
+    bpy.data.images["Render Result"].save_render(str(path))
+    return path.read_bytes()
+
+
+def check_scene(scene: bpy.types.Scene) -> Iterator[float]:
+    """After a render by Cycles, whose result must stay."""
+    scene.render.engine, scene.cycles.samples = "CYCLES", 1
+    scene.render.resolution_percentage = 10
+    bpy.ops.render.render()
+    before = rendered(), bpy.data.is_dirty, len(bpy.data.scenes), len(bpy.data.images)
+    scene.render.engine = "RL_GUIDED"
+    yield show("RENDER", "RENDER", "RENDER")
+    with in_editor(1):
+        bpy.ops.rl_guided.check()
+    found["unchanged"] = before == (rendered(), bpy.data.is_dirty, len(bpy.data.scenes), len(bpy.data.images))
+    shown = bpy.context.window_manager.rl_guiding_coverage
+    found["losses"] = [line.object for line in shown.losses]
+    shown.active = found["losses"].index("Left")
+    found["active"] = bpy.context.view_layer.objects.active.name
+    scene.render.resolution_percentage = 100
+
+
+def told_by_a_thread() -> Iterator[float]:
+    """As by an engine, which renders in a thread of its own."""
+    losses = bpy.context.window_manager.rl_guiding_coverage.losses
+    kept = [line.loss for line in losses]
+    for told in (kept[1:], kept):
+        thread = threading.Thread(target=coverage.tell, args=("c1", told))
+        thread.start()
+        thread.join()
+        yield DRAWN
+        found.setdefault("told", []).append(len(losses))
+    bpy.context.window_manager.rl_guiding_coverage.active = 0
+
+
+def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[float]:
+    """Each guide and each encoder is drawn once."""
+    for guide in settings.bl_rna.properties["guide"].enum_items:
+        settings.guide = guide.identifier
+        yield show("RENDER", "RENDER", "RENDER")
+    for encoder in settings.guide_dqn.bl_rna.properties["encoder"].enum_items:
+        settings.guide_dqn.encoder = encoder.identifier
+        yield show("RENDER", "RENDER", "RENDER")
+
+
+def presets_and_undo() -> Iterator[float]:
+    bpy.context.scene.rl_guiding.guide = "bsdf"
+    yield show("RENDER", "RENDER", "DATA", "RENDER") + SETTLED
+    screenshot("coverage")
+    presets.add(bpy.context.scene, "My preset")
+    with in_editor(1):
+        bpy.ops.ed.undo_push(message="before")
+        bpy.ops.rl_guided.preset_apply("EXEC_DEFAULT", True, name="recommended")
+    found["applied"] = bpy.context.scene.rl_guiding.guide
+    with in_editor(1):
+        bpy.ops.ed.undo()
+    found["undone"] = bpy.context.scene.rl_guiding.guide
+    with in_editor(1):
+        bpy.ops.rl_guided.preset_apply("EXEC_DEFAULT", True, name="recommended")
+        bpy.ops.wm.call_panel(name="RLG_PT_presets", keep_open=True)
+    yield SETTLED
+    screenshot("presets")
+
+
+def shader_editor() -> Iterator[float]:
+    """Materials can be edited, and nodes added."""
+    area = windows()[1][0]
+    area.ui_type = "ShaderNodeTree"
+    yield DRAWN
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    found["edited"] = area.spaces.active.edit_tree is not None
+    with bpy.context.temp_override(window=windows()[0], area=area, region=region):
+        bpy.ops.node.add_node(type="ShaderNodeBsdfGlossy")
+        bpy.ops.wm.call_menu(name="NODE_MT_shader_node_add_all")
+    yield DRAWN
+    screenshot("nodes")
+
+
+def steps() -> Iterator[float]:
+    arrange()
+    scene = bpy.context.scene
+    fog = bpy.data.objects.new("Morning fog", bpy.data.volumes.new("Fog"))
+    scene.collection.objects.link(fog)
+    red = bpy.data.objects["Left"].material_slots[0].material.node_tree
+    diffuse = next(node for node in red.nodes if node.type == "BSDF_DIFFUSE")
+    red.links.new(red.nodes.new("ShaderNodeTexVoronoi").outputs["Color"], diffuse.inputs["Color"])
+    yield DRAWN
+    yield from check_scene(scene)
+    yield from told_by_a_thread()
+    yield from every_variant(scene.rl_guiding)
+    scene.rl_guiding.guide_dqn.encoder = "frequency"
+    scene.rl_guiding.guide_dqn.schedule = "cosine"
+    yield show("RENDER", "OUTPUT", "MATERIAL", "WORLD")
+    screenshot("render")
+    bpy.ops.object.light_add(type="AREA")
+    yield show("OBJECT", "DATA", "VIEW_LAYER", "RENDER")
+    screenshot("light")
+    bpy.context.view_layer.objects.active = bpy.data.objects["Camera"]
+    yield show("RENDER", "RENDER", "DATA", "RENDER")
+    screenshot("camera")
+    yield from presets_and_undo()
+    bpy.context.view_layer.objects.active = bpy.data.objects["Left"]
+    yield from shader_editor()
+
+
+def drive() -> Callable[[], float | None]:
+    """A timer's function that goes through the steps, writes what was found and quits."""
+    script = steps()
+
+    def tick() -> float | None:
+        try:
+            return next(script)
+        except StopIteration:
+            pass
+        except Exception:  # noqa: BLE001  # whatever it is, the test must read it
+            found["fault"] = traceback.format_exc()
+        RESULT.write_text(json.dumps(found))
+        bpy.ops.wm.quit_blender()
+        return None
+
+    return tick
+
+
+for panel in (*panels._PANELS, *cycles_panels._PANELS):
+    panel.bl_options = set()  # those that start closed are to be drawn, too
+addon.register()
+bpy.context.preferences.view.show_splash = False
+bpy.app.timers.register(drive(), first_interval=1.0)

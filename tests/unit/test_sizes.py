@@ -1,0 +1,35 @@
+"""The sizes that panels show are those of the network that is trained."""
+
+import pytest
+from torch import nn
+
+from blender_rl_guiding.guiding.network import QNetwork
+from blender_rl_guiding.settings import DQN, RBF, BSpline, Encoder, Frequency, NoEncoding
+from blender_rl_guiding.sizes import sizes
+
+ENCODERS = (
+    NoEncoding(),
+    Frequency(octaves=7),
+    RBF(across=5, up=2, width=11, features=13),
+    BSpline(features=5, knots=7, width=12),
+    BSpline(reads="matrix", matrix_columns=3, features=5, knots=7, width=12),
+    BSpline(reads="point", matrix_columns=3),
+)
+
+
+def dense(module: nn.Module) -> tuple[int, ...]:
+    """What enters the first dense layer of a module, and what leaves each."""
+    layers = [layer for layer in module.modules() if isinstance(layer, nn.Linear)]
+    return (*(layer.in_features for layer in layers[:1]), *(layer.out_features for layer in layers))
+
+
+@pytest.mark.parametrize("layers", [1, 4])
+@pytest.mark.parametrize("encoder", ENCODERS)
+def test_sizes_are_those_of_the_network(encoder: Encoder, layers: int):
+    settings = DQN(encoder=encoder, layers=layers, width=17, rows=3, columns=5)
+    network = QNetwork(settings)
+    said = sizes(settings)
+    assert said.widths == (network.encoder.width, *[17] * (layers - 1), 15)
+    assert said.widths[1:] == (*dense(network.hidden)[1:], network.last.out_features)
+    assert said.encoder == dense(network.encoder)
+    assert said.parameters == sum(parameter.numel() for parameter in network.parameters())

@@ -1,0 +1,1 @@
+"""Stands for Blender's module bl_ui, which has no type stubs."""
