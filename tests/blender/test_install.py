@@ -105,13 +105,14 @@ def test_same_sources_same_bytes(newer: Path, other_tree: Path, tmp_path: Path):
 def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path):
     """Installed, registered twice, without and with an environment, saved, reopened, appended, undone, updated, disabled, removed."""
     command, variables = blender()
+    home = tmp_path / "ein Ordner für 漢字"
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | variables
-    environment |= {"BLENDER_USER_RESOURCES": str(tmp_path / "user"), "XDG_DATA_HOME": str(tmp_path / "data")}
-    (tmp_path / "user").mkdir()
+    environment |= {"BLENDER_USER_RESOURCES": str(home / "user"), "XDG_DATA_HOME": str(home / "data")}
+    (home / "user").mkdir(parents=True)
     separator = ["--"] if "--background" in command else []
     for step, file in (("new", archive), ("again", newer)):
         done = subprocess.run(
-            [*command, str(SCRIPT), *separator, step, str(file), str(tmp_path)],
+            [*command, str(SCRIPT), *separator, step, str(file), str(home)],
             env=environment,
             capture_output=True,
             text=True,

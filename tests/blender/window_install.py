@@ -11,7 +11,9 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import addon_utils  # pyright: ignore[reportMissingImports]  # a part of Blender
 import bpy
 
 MODULE = "bl_ext.user_default.rl_guided"
@@ -33,32 +35,40 @@ ASIDE = (200, 560)
 COMMAND = "/home/me/blender_rl_guiding/build.sh setup numba"
 
 
-def xdotool(*arguments: str) -> None:
-    subprocess.Popen(["xdotool", *arguments])  # not waited for: Blender has to go on to see it
+def run(*command: str) -> Iterator[Step]:
+    """A program that needs Blender to go on meanwhile, and then time for Blender to see what it did."""
+    child = subprocess.Popen(command)
+    yield lambda: child.poll() is not None
+    assert child.returncode == 0, command
+    yield 0.4
 
 
 def click(place: tuple[int, int], times: int = 1) -> Iterator[Step]:
-    xdotool("mousemove", *map(str, place))
-    yield 0.3
-    xdotool("click", "--repeat", str(times), "--delay", "80", "1")
-    yield 0.5
+    yield from run("xdotool", "mousemove", *map(str, place))
+    yield from run("xdotool", "click", "--repeat", str(times), "--delay", "80", "1")
+
+
+def click_until(place: tuple[int, int], reached: Callable[[], object]) -> Iterator[Step]:
+    """A busy computer may draw a button after the click that was meant for it."""
+    for _ in range(8):
+        yield from click(place)
+        for _ in range(20):
+            if reached():
+                return
+            yield LOOK
+    raise AssertionError(f"clicked at {place} in vain")
 
 
 def enter(text: str) -> Iterator[Step]:
-    xdotool("key", "ctrl+a")
-    yield 0.3
-    xdotool("type", "--delay", "15", text)
-    yield 0.3 + 0.02 * len(text)
-    xdotool("key", "Return")
-    yield 0.75
+    yield from run("xdotool", "key", "ctrl+a")
+    yield from run("xdotool", "type", "--delay", "15", text)
+    yield from run("xdotool", "key", "Return")
 
 
 def screenshot(name: str) -> Iterator[Step]:
-    xdotool("mousemove", *map(str, ASIDE))
-    yield 0.75
-    child = subprocess.Popen(["import", "-window", "root", str(SCREENS / f"{name}.png")])
-    yield lambda: child.poll() is not None
-    assert child.returncode == 0
+    yield from run("xdotool", "mousemove", *map(str, ASIDE))
+    yield 0.3
+    yield from run("import", "-window", "root", str(SCREENS / f"{name}.png"))
 
 
 def announce(python: Path) -> None:
@@ -88,44 +98,52 @@ def broken_python() -> Path:
 def found() -> list[str]:
     """The faulty parts of the check that has ended, or of none."""
     operator = sys.modules[f"{MODULE}.preferences"].RLG_OT_check_environment
-    assert operator.parts or operator.running
     return [part.name for part in operator.parts if part.problem] if operator.parts else ["none yet"]
+
+
+def file_browser() -> Any:
+    """What the open file dialogue has been told, if one is open."""
+    areas = [area for window in bpy.context.window_manager.windows for area in window.screen.areas if area.type == "FILE_BROWSER"]
+    return areas[0].spaces.active.params if areas else None
 
 
 def install() -> Iterator[Step]:
     bpy.ops.screen.userpref_show("INVOKE_DEFAULT", section="EXTENSIONS")
-    yield 2.0
-    yield from click(MENU)
-    xdotool("key", "f")  # Install from Disk
     yield 1.5
+    yield from click(MENU)
+    yield from run("xdotool", "key", "f")  # Install from Disk
+    yield lambda: file_browser()
+    yield 1.0
     yield from click(FILE_FOLDER, times=2)
     yield from enter(f"{ARCHIVE.parent}/")
+    yield lambda: Path(os.fsdecode(file_browser().directory)) == ARCHIVE.parent
     yield from click(FILE_NAME, times=2)
     yield from enter(ARCHIVE.name)
+    yield lambda: file_browser().filename == ARCHIVE.name
     yield from screenshot("install-from-disk")
-    yield from click(FILE_ACCEPT)
-    yield lambda: MODULE in bpy.context.preferences.addons
-    yield 1.0
+    yield from click_until(FILE_ACCEPT, lambda: MODULE in bpy.context.preferences.addons)
+    yield 0.5
+
+
+def unfolded() -> bool:
+    (listed,) = [module for module in addon_utils.modules(refresh=False) if module.__name__ == MODULE]
+    return addon_utils.module_bl_info(listed)["show_expanded"]
 
 
 def steps() -> Iterator[Step]:
     yield 2.0
     yield from install()
-    yield from click(SIDEBAR_ADDONS)
     bpy.context.window_manager.addon_search = "RL Guided"
-    yield from click(UNFOLD)
+    yield from click_until(SIDEBAR_ADDONS, lambda: bpy.context.preferences.active_section == "ADDONS")
+    yield from click_until(UNFOLD, unfolded)
     yield from screenshot("preferences-no-environment")
-    yield from click(CHECK_BELOW_TWO_LINES)
-    yield lambda: found() == ["Environment"]
+    yield from click_until(CHECK_BELOW_TWO_LINES, lambda: found() == ["Environment"])
     announce(broken_python())
-    yield from click(CHECK)
-    yield lambda: found() == ["numba", "torch"]
+    yield from click_until(CHECK, lambda: found() == ["numba", "torch"])
     yield from screenshot("preferences-broken")
-    yield from click(FIRST_COPY)
-    yield lambda: bpy.context.window_manager.clipboard == COMMAND
+    yield from click_until(FIRST_COPY, lambda: bpy.context.window_manager.clipboard == COMMAND)
     announce(PYTHON)
-    yield from click(CHECK)
-    yield lambda: found() == []
+    yield from click_until(CHECK, lambda: found() == [])
     yield from screenshot("preferences-whole")
 
 
@@ -138,7 +156,7 @@ def drive() -> Callable[[], float | None]:
         try:
             if wanted and not wanted():
                 waited += LOOK
-                assert waited < PATIENCE, f"waited in vain for line {script.gi_frame.f_lineno} of steps()"
+                assert waited < PATIENCE, f"waited in vain for line {wanted.__code__.co_firstlineno}"
                 return LOOK
             step = next(script)
             waited, wanted = 0.0, None if isinstance(step, float) else step
