@@ -1,17 +1,17 @@
-"""The Blender add-on: the render engine RL Guided, its settings and its panel."""
+"""The Blender add-on: the render engine RL Guided, its settings and its panels, and comparisons of methods."""
 
-from . import engine, panels, properties
+from . import comparison, engine, panels, properties
+
+_MODULES = (properties, engine, panels, comparison)
 
 
 def register() -> None:
     """Everything that the add-on adds to Blender."""
-    properties.register()
-    engine.register()
-    panels.register()
+    for module in _MODULES:
+        module.register()
 
 
 def unregister() -> None:
     """Undo `register`."""
-    panels.unregister()
-    engine.unregister()
-    properties.unregister()
+    for module in reversed(_MODULES):
+        module.unregister()
