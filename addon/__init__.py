@@ -1,8 +1,8 @@
 """The Blender add-on: the render engine RL Guided, its settings and its panels, and comparisons of methods."""
 
-from . import comparison, engine, panels, properties
+from . import commands, comparison, engine, panels, properties
 
-_MODULES = (properties, engine, panels, comparison)
+_MODULES = (properties, engine, panels, comparison, commands)
 
 
 def register() -> None:

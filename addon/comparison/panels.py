@@ -12,7 +12,7 @@ from . import running
 from .properties import REFERENCES
 from .show_operators import KINDS
 
-_LINE = 52  # letters of the last words that fit beside each other
+_LINE = 42  # letters of the last words that fit beside each other
 
 
 class _Panel:
@@ -140,13 +140,26 @@ class RLG_PT_compare_results(_Panel, bpy.types.Panel):
         row = layout.row()
         row.label(text="Error")
         row.prop(comparison, "measure", text="")
-        _draw_cells(layout, ["Method", "Error", "Ratio", "Time", "Samples/s", "Learning"], header=True)
-        layout.template_list("RLG_UL_results", "", comparison, "results", comparison, "active_result", rows=3)
-        _draw_text(layout, f"Against the reference: {comparison.about}", "NONE")
+        column = layout.column(align=True)
+        _draw_cells(column, ["Method", "Error", "Ratio", "Time"], header=True)
+        column.template_list("RLG_UL_results", "", comparison, "results", comparison, "active_result", rows=3)
+        if comparison.active_result < len(comparison.results):
+            _draw_details(layout, comparison.results[comparison.active_result])
+        _draw_text(layout, f"Reference: {comparison.about}", "IMAGE_REFERENCE")
         _draw_ways(layout, comparison)
         layout.operator("rl_guided.to_slots", icon="RENDERLAYERS")
         layout.operator("rl_guided.open_report", icon="URL")
         layout.operator("rl_guided.clear_results", icon="TRASH")
+
+
+def _draw_details(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> None:
+    """What the table has no room for."""
+    flow = layout.grid_flow(columns=2, row_major=True, align=True)
+    flow.active = False
+    flow.label(text=f"{item.spp} samples per pixel")
+    flow.label(text=f"{item.samples_per_second:.3g} samples/s")
+    flow.label(text=f"{item.learn_share:.0%} of the time learning")
+    flow.label(text=f"×{item.equal_time:.3g} at equal time")
 
 
 def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:
@@ -158,7 +171,7 @@ def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) 
 
 def _draw_cells(layout: bpy.types.UILayout, cells: list[str], header: bool = False) -> None:
     """A row of the table; the first cell is the widest."""
-    split = layout.split(factor=0.3)
+    split = layout.split(factor=0.37)
     split.label(text=cells[0])
     row = split.row()
     row.active = not header
@@ -178,8 +191,6 @@ class RLG_UL_results(bpy.types.UIList):
             f"{error:.3g}",
             f"×{error / base:.2f}" if base else "",
             f"{item.seconds:.1f} s",
-            f"{item.samples_per_second:.3g}",
-            f"{item.learn_share:.0%}",
         ]
         _draw_cells(layout, cells)
 

@@ -50,6 +50,16 @@ class RLG_result(bpy.types.PropertyGroup):
     learn_share: bpy.props.FloatProperty(description="Share of the time that went into learning")
 
 
+def _show_active(comparison: bpy.types.PropertyGroup) -> None:
+    """A click on a row shows its image where the last one was."""
+    images = {item.image for item in comparison.results} | {comparison.reference_image}
+    for window in bpy.context.window_manager.windows:
+        if window.workspace.name != "Compare":
+            for area in window.screen.areas:
+                if area.type == "IMAGE_EDITOR" and area.spaces.active.image in images:
+                    area.spaces.active.image = comparison.results[comparison.active_result].image
+
+
 class RLG_picture(bpy.types.PropertyGroup):
     """A picture of the report: error curves, losses, what is learnt."""
 
@@ -92,7 +102,7 @@ class RLG_comparison(bpy.types.PropertyGroup):
     measure: bpy.props.EnumProperty(items=MEASURES, name="Error", description="The measure that the table shows")
 
     results: bpy.props.CollectionProperty(type=RLG_result)
-    active_result: bpy.props.IntProperty(name="Active Result")
+    active_result: bpy.props.IntProperty(name="Active Result", update=lambda self, context: _show_active(self))
     pictures: bpy.props.CollectionProperty(type=RLG_picture)
     reference_image: bpy.props.PointerProperty(type=bpy.types.Image)
     about: bpy.props.StringProperty(description="What the reference of the results is")

@@ -56,13 +56,12 @@ def opened(path: str, name: str, image: bpy.types.Image | None = None) -> bpy.ty
     if not Path(path).is_file():
         raise InputError(f"no image at {path}")
     kept = bpy.path.relpath(path) if bpy.data.filepath and Path(path).anchor == Path(bpy.data.filepath).anchor else path
-    if image is None:
-        image = bpy.data.images.load(path, check_existing=False)
-    image.name, image.filepath = name, kept
-    if image.packed_file:
-        image.unpack(method="REMOVE")  # of an earlier comparison
-    image.reload()
-    return image
+    shown: bpy.types.Image = image or bpy.data.images.load(path, check_existing=False)
+    shown.name, shown.filepath = name, kept
+    if shown.packed_file:
+        shown.unpack(method="REMOVE")  # of an earlier comparison
+    shown.reload()
+    return shown
 
 
 def clear(comparison: bpy.types.PropertyGroup) -> None:

@@ -40,7 +40,7 @@ def put(scene: bpy.types.Scene, images: dict[str, bpy.types.Image]) -> None:
             _choose_slot(name)
             with _rendering(scene, Show.bl_idname, image.size):
                 capture.render(scene, next(layer.name for layer in scene.view_layers if layer.use))
-            if name not in _slots():  # there was no Render Result before
+            if name not in [slot.name for slot in _slots()]:  # there was no Render Result before
                 _slots().active.name = name
         _choose_slot(next(iter(images)))
     finally:

@@ -41,6 +41,8 @@ def working(python: Path, scene: SceneData, job: str, values: dict[str, Any], pa
                 return event | {"notes": notes}
             if event["event"] == "status":
                 status = Status(event["text"], event["share"])
+            elif event["event"] == "pass":
+                status = Status(f"Sample {event['samples']}/{event['of']}", event["samples"] / event["of"])
             elif event["event"] == "note":
                 notes.append(event["text"])
             yield status
