@@ -111,7 +111,13 @@ def example(settings: Render, name: str) -> str:
     present = _present(settings, name)
     low, high = entry.limits
     tried = [entry.type(present * factor) for factor in (0.5, 1, 2)]
-    return ", ".join(dict.fromkeys(f"{value:g}" for value in tried if (low is None or value >= low) and (high is None or value <= high)))
+    return ", ".join(
+        dict.fromkeys(
+            f"{value:.6g}" if entry.type is float else str(value)
+            for value in tried
+            if (low is None or value >= low) and (high is None or value <= high)
+        )
+    )
 
 
 def _present(settings: Settings, name: str) -> Any:

@@ -117,7 +117,7 @@ def test_what_cannot_be_compared_is_a_line(lit: bpy.types.Scene, monkeypatch: py
         bpy.ops.rl_guided.compare()
     comparison.methods[1].name = "plain"
     comparison.folder = bpy.data.filepath
-    with pytest.raises(RuntimeError, match="cube.blend is not a folder"):
+    with pytest.raises(RuntimeError, match=r"cube\.blend is not a folder"):
         bpy.ops.rl_guided.compare()
     comparison.folder = "//rl_guided/"
     comparison.reference, comparison.methods[0].settings.max_bounces = "CYCLES", 3
@@ -228,13 +228,22 @@ def test_work_is_done_step_by_step_one_at_a_time():
         while running._look() is not None:
             assert not log or running.STATE.work is None
         assert (running.STATE.last_words, running.STATE.failed, log) == ("sum 3", False, ["ended"])
-        running.start("Third", counting(3, log), str)
+        running.start("Third", waiting(log), str)
         running._look()
+        assert running.STATE.work.status == ("waiting", 0.5)
         bpy.ops.rl_guided.cancel()
         assert (running.STATE.work, log) == (None, ["ended", "ended"])
         assert running.STATE.last_words.startswith("Cancelled")
     finally:
         running.cancel()
+
+
+def waiting(log: list[str]) -> running.Steps:
+    try:
+        while True:
+            yield running.Status("waiting", 0.5)
+    finally:
+        log.append("ended")
 
 
 def failing() -> running.Steps:
@@ -251,8 +260,9 @@ def test_work_that_fails_ends_in_a_line():
 
 def test_another_file_ends_what_is_under_way(scene: bpy.types.Scene):
     log: list[str] = []
-    running.start("Work", counting(3, log), str)
+    running.start("Work", waiting(log), str)
     running._look()
+    assert not log
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert (running.STATE.work, log) == (None, ["ended"])
 
