@@ -1,4 +1,4 @@
-"""The Blender add-on: the render engine RL Guided, its settings, panels and preferences."""
+"""The Blender add-on: the render engine RL Guided, its settings, panels and preferences, and comparisons of methods."""
 
 import sys
 
@@ -10,6 +10,8 @@ if __name__.startswith("bl_ext.") and f"{__name__}.engine" not in sys.modules:
 from . import (  # only after that
     blender_panels,
     check,
+    commands,
+    comparison,
     coverage,
     coverage_panel,
     cycles_panels,
@@ -33,6 +35,8 @@ _MODULES = (
     coverage,
     check,
     coverage_panel,
+    comparison,
+    commands,
     blender_panels,
 )
 

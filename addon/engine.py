@@ -67,7 +67,7 @@ class RLGuided(Exporter):
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         settings = read(depsgraph.scene.rl_guiding, Render)
-        job = {"settings": to_dict(settings), "machine": _machine(depsgraph.scene.render)}
+        job = {"settings": to_dict(settings), "machine": machine(depsgraph.scene.render)}
         with worker_client.borrowed(environment.python()) as worker, tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
             worker.send("prepare", **job)
             self.update_stats("", "Exporting the scene")
@@ -144,7 +144,7 @@ def _passes(settings: Render) -> dict[str, tuple[str, str]]:
     return {"Combined": ("RGBA", "COLOR")} | (PASSES if settings.passes else {}) | ({"Noisy Image": NOISY} if settings.denoise else {})
 
 
-def _machine(render: bpy.types.RenderSettings) -> dict[str, int]:
+def machine(render: bpy.types.RenderSettings) -> dict[str, int]:
     """Blender's own number of threads, if the user has fixed it."""
     return {"threads": render.threads} if render.threads_mode == "FIXED" else {}
 

@@ -93,6 +93,7 @@ def write(group: bpy.types.PropertyGroup, settings: Settings) -> None:
 
 
 _GROUPS = make_groups(Render())
+RENDER_GROUP = _GROUPS[-1]  # what `read` takes as a `Render`
 
 
 def register() -> None:

@@ -18,8 +18,20 @@ from . import __version__, schema
 from .errors import InputError, check_writable
 from .experiments.catalogue import CATALOGUE, chosen
 from .experiments.progress import Progress, Terminal
-from .flags import add_blender, add_experiment, add_flags, add_render, chosen_methods, given, positive, render_settings
-from .settings import PRESETS, Machine, Render
+from .flags import (
+    Parser,
+    add_blender,
+    add_experiment,
+    add_export,
+    add_flags,
+    add_methods,
+    add_render,
+    chosen_methods,
+    given,
+    positive,
+    render_settings,
+)
+from .settings import Machine, Render
 
 _SCENES = Path(__file__).resolve().parents[1] / "scenes"
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
@@ -62,14 +74,14 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _render(options: argparse.Namespace) -> None:
-    _traced(options, render_settings(options))
+    _traced(options, render_settings(options, Render()))
     print(options.out / "image.exr")
 
 
 def _inspect(options: argparse.Namespace) -> None:
     from .experiments import inspection
 
-    settings, machine = render_settings(options), _machine(options)
+    settings, machine = render_settings(options, Render()), _machine(options)
     inspection.check(settings.guide)
     scene, point, result = _traced(options, settings, lambda scene: inspection.find(scene, options.pixel, machine))
     with Terminal() as progress, progress.bar("measuring what arrives", 1):
@@ -226,20 +238,10 @@ def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Ite
 # --- parser ----------------------------------------------------------------------------------------------------------
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(allow_abbrev=False, **kwargs)
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="rlg", description="Render Blender scenes with learnt path guiding, and compare methods.")
+    parser = Parser(prog="rlg", description="Render Blender scenes with learnt path guiding, and compare methods.")
     parser.add_argument("--version", action="version", version=__version__)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
 
     def command(name: str, function: Any, text: str) -> argparse.ArgumentParser:
         sub = commands.add_parser(name, help=text, description=text)
@@ -247,26 +249,24 @@ def _parser() -> argparse.ArgumentParser:
         return sub
 
     export = command("export", _export, "Turn a .blend into a scene bundle, and list what could not be taken over.")
-    export.add_argument("scene", type=Path, metavar="SCENE.blend")
-    export.add_argument("bundle", type=Path, metavar="SCENE.npz")
-    export.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
+    add_export(export)
     add_blender(export)
 
-    add_render(command("render", _render, "Render a scene: writes image.exr and result.json."))
+    render = command("render", _render, "Render a scene: writes image.exr and result.json.")
+    add_render(render)
+    add_blender(render)
 
     inspect = command("inspect", _inspect, "Render a scene and show what was learnt: writes states.png and q.png, too.")
     text = "where to show it, from the top left (default: the middle of the width at four fifths of the height)"
     inspect.add_argument("--pixel", type=int, nargs=2, metavar=("X", "Y"), help=text)
     add_render(inspect)
+    add_blender(inspect)
 
     compare = command("compare", _compare, "Render scenes by several methods and report: writes report.html, tables and figures.")
     compare.add_argument("scenes", type=Path, nargs="+", metavar="SCENE", help="a .blend or a bundle")
-    compare.add_argument(
-        "--methods", required=True, metavar="NAME,NAME", help=f"guides or presets ({', '.join(PRESETS)}); the first is the baseline"
-    )
     add_experiment(compare, seeds=1)
-    add_flags(compare, Render, leave_out=("guide",))
-    add_flags(compare, Machine)
+    add_blender(compare)
+    add_methods(compare, required=True)
 
     sweep = command(
         "sweep", _sweep, "Run experiments of the slides: scenes x methods x seeds, and a report of each. Goes on where it ended."
@@ -275,6 +275,7 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("--spp", type=positive, metavar="N", help="samples per pixel instead of the slides' 32")
     sweep.add_argument("--scenes", type=Path, default=_SCENES, metavar="DIR", help="where the scenes are (default: the project's)")
     add_experiment(sweep, seeds=5)
+    add_blender(sweep)
     add_flags(sweep, Machine)
 
     report = command("report", _report, "Make the report, tables and figures again from the runs in a folder.")

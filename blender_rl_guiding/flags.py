@@ -4,16 +4,26 @@ import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from . import schema
 from .errors import InputError
 from .settings import PRESETS, Machine, Render, method
 
 
-def render_settings(options: argparse.Namespace) -> Render:
-    """What `rlg render` was asked for: preset or file first, then the flags. InputError where the file cannot be read."""
-    base = method(options.preset) if options.preset else Render()
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(allow_abbrev=False, **kwargs)
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def render_settings(options: argparse.Namespace, base: Render) -> Render:
+    """What a render was asked for: preset or file first, or else `base`, then the flags. InputError where the file cannot be read."""
+    base = method(options.preset) if options.preset else base
     if options.settings:
         try:
             base = schema.from_dict(Render, json.loads(options.settings.read_text(encoding="utf-8")))
@@ -78,7 +88,6 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     start = parser.add_mutually_exclusive_group()
     start.add_argument("--preset", metavar="NAME", help=f"start from {', '.join(PRESETS)} or a guide's defaults")
     start.add_argument("--settings", type=Path, metavar="FILE", help="start from JSON settings, like those in a result.json")
-    add_blender(parser)
     add_flags(parser, Render)
     add_flags(parser, Machine)
 
@@ -94,7 +103,21 @@ def add_experiment(parser: argparse.ArgumentParser, seeds: int) -> None:
     text = "pixel where to show what is learnt, from the top left (default: the middle of the width at four fifths of the height)"
     parser.add_argument("--probe", type=int, nargs=2, metavar=("X", "Y"), help=text)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    add_blender(parser)
+
+
+def add_methods(parser: argparse.ArgumentParser, required: bool) -> None:
+    """What is compared, and the flags that concern it."""
+    text = f"guides or presets ({', '.join(PRESETS)}); the first is the baseline"
+    parser.add_argument("--methods", required=required, metavar="NAME,NAME", help=text)
+    add_flags(parser, Render, leave_out=("guide",))
+    add_flags(parser, Machine)
+
+
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """A .blend and what it becomes."""
+    parser.add_argument("scene", type=Path, metavar="SCENE.blend")
+    parser.add_argument("bundle", type=Path, metavar="SCENE.npz")
+    parser.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
 
 
 def add_blender(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""A render as a child process: jobs come as lines of JSON on stdin, events go as lines of JSON to stdout.
+"""Renders and comparisons as a child process: jobs come as lines of JSON on stdin, events go as lines of JSON to stdout.
 
     python -m blender_rl_guiding.worker
 
@@ -118,7 +118,11 @@ def render(job: Job, events: Events) -> None:
 
 
 def _settings(job: Job) -> tuple[Render, Machine]:
-    return from_dict(Render, job["settings"]), from_dict(Machine, job.get("machine", {}))
+    return from_dict(Render, job["settings"]), _machine(job)
+
+
+def _machine(job: Job) -> Machine:
+    return from_dict(Machine, job.get("machine", {}))
 
 
 def _combined(result: Any) -> np.ndarray:
@@ -144,7 +148,60 @@ def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
         frames.write(name, pixels)
 
 
-JOBS = {"prepare": prepare, "render": render}
+def compare(job: Job, events: Events) -> None:
+    """Compare {"methods"}, settings by name, on the scene {"bundle"}: runs and report into the folder {"out"}.
+
+    {"seeds"}; the {"reference"} is {"spp"}, or {"file", "about"}; {"command"} is how it was started. If they are there: the pixel
+    {"probe"}, {"jobs"} at a time, and {"machine"}. Runs that are done already are kept. `done` tells what `handover.handed_over` does,
+    and how many runs failed.
+    """
+    from .experiments import handover, report
+    from .experiments.references import Given
+    from .experiments.runner import Experiment, run
+    from .scene.bundle import load
+
+    folder, asked = Path(job["out"]), job["reference"]
+    check_writable(folder)
+    experiment = Experiment(
+        folder=folder,
+        scenes=(load(Path(job["bundle"])),),
+        methods={name: from_dict(Render, settings) for name, settings in job["methods"].items()},
+        seeds=tuple(job["seeds"]),
+        reference_spp=asked.get("spp", 0),
+        command=job["command"],
+        probe=job.get("probe"),
+        given=Given(Path(asked["file"]), asked["about"]) if "file" in asked else None,
+    )
+    failed = run([experiment], _machine(job), job.get("jobs", 1), events)
+    with events.bar("Report", 1):
+        report.write(folder)
+        outcome = handover.handed_over(folder)
+    events.send("done", failed=failed, **outcome)
+
+
+def inspect(job: Job, events: Events) -> None:
+    """Render {"bundle"} with {"settings", "machine"}, and show what was learnt at {"pixel"}: a run and two pictures into {"out"}."""
+    from .experiments import inspection
+    from .experiments.probe import described
+    from .experiments.runs import save_run
+    from .render import render as trace
+    from .scene.bundle import load
+
+    settings, machine = _settings(job)
+    inspection.check(settings.guide)
+    out = Path(job["out"])
+    check_writable(out)
+    scene = load(Path(job["bundle"]))
+    point = inspection.find(scene, job["pixel"], machine)
+    with events.bar("Learning", settings.spp) as advance:
+        result = trace(scene, settings, machine, lambda state: advance(state.film.samples))
+    save_run(out, scene, job.get("method", settings.guide.kind), settings, machine, result, None, described(result.guide, point))
+    with events.bar("Measuring the light that arrives", 1):
+        pictures = inspection.write(out, scene, point, settings, machine, result)
+    events.send("done", pictures=[str(path) for path in pictures])
+
+
+JOBS = {"prepare": prepare, "render": render, "compare": compare, "inspect": inspect}
 
 
 def main() -> None:

@@ -34,8 +34,8 @@ def of_scene(results: Results, scene: str) -> str:
         others = (f"<td>{cell.text}{_below(cell)}</td>" for cell in cells[len(MEASURES) :])
         rows.append(f"<tr>{name_cell(results, summary.method)}{''.join(errors)}{''.join(others)}</tr>")
     about = (
-        f"Errors against the converged reference; lower is better. Below each: half the 95 % interval of the mean over seeds, "
-        f"and the ratio to {escape(results.baseline)}. <em>Equal time</em>: the ratio of relMSE if all rendered equally long, "
+        f"Errors against the reference ({escape(results.reference)}); lower is better. Below each: half the 95 % interval of the mean "
+        f"over seeds, and the ratio to {escape(results.baseline)}. <em>Equal time</em>: the ratio of relMSE if all rendered equally long, "
         "learning included, as far as it falls as 1 / samples. <em>Learn</em>: the share of the time that went into learning, below it "
         "into training + into inference, the laying out of what was learnt for the tracer."
     )

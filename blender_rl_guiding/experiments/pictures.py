@@ -24,8 +24,13 @@ def photo(image: np.ndarray) -> str:
 
 
 def heat(errors: np.ndarray, top: float) -> str:
-    """A data URI of a map of errors (H, W); 0 is black, `top` and above yellow."""
-    return uri(COLOURS[(np.clip(errors / top, 0.0, 1.0) * 255.0).astype(np.uint8)])
+    """A data URI of `heat_map`."""
+    return uri(heat_map(errors, top))
+
+
+def heat_map(errors: np.ndarray, top: float) -> np.ndarray:
+    """A map of errors (H, W) in colours, (H, W, 3) uint8; 0 is black, `top` and above yellow."""
+    return COLOURS[(np.clip(errors / top, 0.0, 1.0) * 255.0).astype(np.uint8)]
 
 
 def scale(maps: Iterable[np.ndarray]) -> float:

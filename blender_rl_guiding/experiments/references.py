@@ -1,10 +1,13 @@
-"""Reference images, rendered once and kept by scene key in blocks of samples: a longer reference later only adds blocks."""
+"""Reference images: given as files, or rendered once and kept by scene key in blocks, so that a longer one later only adds blocks."""
 
+import hashlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..images import read_exr, write_exr
 from ..kernels import cache_home
 from ..render import Result, render
@@ -13,6 +16,25 @@ from ..settings import BSDF, Machine, Render
 
 BLOCK = 128  # samples per pixel in one block
 _FIRST_SEED = 1_000_000_000  # far from the seeds that people choose: a reference must not share samples with what it judges
+
+
+class Given(NamedTuple):
+    """A reference that somebody else has made."""
+
+    path: Path  # an EXR image
+    about: str  # what it is, for the report
+
+
+def read_given(given: Given, scene: SceneData) -> tuple[np.ndarray, str]:
+    """The pixels of a file, (H, W, 3) float32, and their SHA-256. InputError where it is no reference for the scene."""
+    image, _ = read_exr(given.path)
+    height, width, _ = image.shape
+    if (width, height) != (scene.camera.width, scene.camera.height):
+        expected = f"scene {scene.name!r} renders {scene.camera.width} x {scene.camera.height}"
+        raise InputError(f"the reference {given.path} is {width} x {height} pixels, but {expected}")
+    if not np.isfinite(image).all():
+        raise InputError(f"the reference {given.path} has pixels that are not finite numbers")
+    return image, hashlib.sha256(np.ascontiguousarray(image).data).hexdigest()
 
 
 def reference(

@@ -124,6 +124,7 @@ class Results:
     methods: tuple[str, ...]
     baseline: str
     command: str
+    reference: str  # what the errors are against, for people
     runs: tuple[Run, ...]
     missing: tuple[str, ...]  # what was asked for and is not there, as "scene/method/seed-n"
     truths: dict[str, Truth]  # by scene, where there is one
@@ -147,7 +148,7 @@ def load(folder: Path) -> Results:
     try:
         scenes, methods = tuple(map(str, plan["scenes"])), tuple(map(str, plan["methods"]))
         seeds, baseline, command = sorted(map(int, plan["seeds"])), str(plan["baseline"]), str(plan["command"])
-        name = str(plan.get("name", ""))
+        name, reference = str(plan.get("name", "")), str(plan.get("reference", "as converged as it was asked for"))
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{folder / 'experiment.json'}: not an experiment, or damaged ({error})") from error
     if baseline not in methods:
@@ -160,7 +161,7 @@ def load(folder: Path) -> Results:
     runs = tuple(_run(folder.joinpath(*place), *place[:2]) for place in there)
     missing = tuple("/".join(place) for place in places if place not in there)
     truths = {scene: _truth(path) for scene in scenes if (path := folder / scene / "probe.json").exists()}
-    return Results(folder, name, scenes, methods, baseline, command, runs, missing, truths)
+    return Results(folder, name, scenes, methods, baseline, command, reference, runs, missing, truths)
 
 
 def _read_json(path: Path) -> Any:

@@ -1,11 +1,10 @@
 """Runs experiments: scenes x methods x seeds, each run in a folder of its own; what is done already is skipped."""
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
 
 from ..errors import InputError, atomic
 from ..images import write_exr
@@ -16,10 +15,12 @@ from .forecast import Forecast
 from .pool import perform_all
 from .probe import Point, learns, pixel_of
 from .progress import Progress
-from .references import reference
-from .runs import is_done, judge_again
+from .references import Given, read_given, reference
+from .runs import RENDERED, Judge, is_done, judge_again
 from .tasks import Outcome, Task
 from .truth import kept
+
+_UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]|^$')  # in the name of a folder, on one system or another
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Experiment:
     command: str  # how it was started, for the report
     name: str = ""  # in the catalogue; empty for one that is not from there
     probe: Sequence[int] | None = None  # column and row of the pixel where to show what is learnt; None chooses one
+    given: Given | None = None  # the reference, instead of one of `reference_spp` samples; for experiments on one scene
 
 
 def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress: Progress) -> int:
@@ -80,13 +82,13 @@ def _places(experiment: Experiment) -> Iterator[tuple[SceneData, str, Path, Rend
 
 def _due(experiment: Experiment, machine: Machine, progress: Progress) -> list[Task]:
     """The runs that are not done yet. Those that are get judged by the reference as it is now."""
-    truths = {scene.name: _reference(scene, experiment, machine, progress) for scene in experiment.scenes}
+    judges = {scene.name: _reference(scene, experiment, machine, progress) for scene in experiment.scenes}
     probes = {scene.name: _probe(scene, experiment, machine, progress) for scene in experiment.scenes}
     due = []
     for scene, method, folder, settings in _places(experiment):
-        task = Task(folder, scene, truths[scene.name], method, settings, probes[scene.name])
+        task = Task(folder, scene, judges[scene.name], method, settings, probes[scene.name])
         if is_done(folder, scene, settings):
-            judge_again(folder, task.truth)
+            judge_again(folder, task.judge)
             progress.note(f"{task.label}: done before")
         else:
             due.append(task)
@@ -107,6 +109,11 @@ def _describe(experiment: Experiment) -> None:
     names = [scene.name for scene in experiment.scenes]
     if doubles := {name for name in names if names.count(name) > 1}:
         raise InputError(f"two scenes are called {min(doubles)!r}: their results would share a folder")
+    for name in (*names, *experiment.methods):
+        if _UNFIT.search(name) or name.strip(" .") != name:
+            raise InputError(f"{name!r} cannot be the name of a folder of results")
+    if experiment.given and len(names) > 1:
+        raise InputError(f"{experiment.given.path} cannot be the reference of {len(names)} scenes")
     for scene in experiment.scenes:
         pixel_of(scene, experiment.probe)
     plan = {
@@ -116,6 +123,7 @@ def _describe(experiment: Experiment) -> None:
         "seeds": list(experiment.seeds),
         "baseline": next(iter(experiment.methods)),
         "command": experiment.command,
+        "reference": experiment.given.about if experiment.given else f"{experiment.reference_spp} samples per pixel or more",
     }
     with atomic(experiment.folder / "experiment.json") as part:
         part.write_text(json.dumps(plan, indent=1), encoding="utf-8")
@@ -128,12 +136,18 @@ def _max_bounces(experiment: Experiment) -> int:
     return bounces.pop()
 
 
-def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> np.ndarray:
+def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Judge:
+    """What the scene's runs are judged by; it is written beside them."""
+    path = experiment.folder / scene.name / "reference.exr"
+    if experiment.given:
+        truth, digest = read_given(experiment.given, scene)
+        write_exr(path, truth, {"scene_key": scene.key, "sha256": digest, "about": experiment.given.about})
+        return Judge(truth, digest)
     progress.note(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time")
     with progress.bar(f"{scene.name}: reference", 1) as advance:
         truth = reference(scene, _max_bounces(experiment), experiment.reference_spp, machine, advance)
-    write_exr(experiment.folder / scene.name / "reference.exr", truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
-    return truth
+    write_exr(path, truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
+    return Judge(truth, RENDERED)
 
 
 def _probe(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Point | None:

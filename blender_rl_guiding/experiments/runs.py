@@ -4,18 +4,28 @@ import json
 import platform
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import __version__
 from ..errors import atomic
 from ..images import read_exr, write_exr, write_layers
-from ..metrics import compare
+from ..metrics import compare, mape_display, relmse
 from ..render import Result
 from ..scene.data import SceneData
 from ..schema import to_dict
 from ..settings import Machine, Render
+
+RENDERED = "rendered"  # the key of references that are rendered here: they only get better
+ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by
+
+
+class Judge(NamedTuple):
+    """What runs are judged by."""
+
+    truth: np.ndarray  # the reference image
+    key: str  # what tells it from another: the SHA-256 of its pixels, or `RENDERED`
 
 
 def save_run(
@@ -27,8 +37,10 @@ def save_run(
     result: Result,
     metrics: dict[str, float] | None,
     probe: dict[str, Any] | None = None,
+    judged_by: str | None = None,
 ) -> None:
-    """Write a run. `metrics` are None where there is no reference, `probe` where nothing was learnt (see `probe.described`).
+    """Write a run. `metrics` and the key `judged_by` are None where there is no reference, `probe` where nothing was learnt
+    (see `probe.described`).
 
     InputError where the folder cannot be written.
     """
@@ -52,6 +64,7 @@ def save_run(
         "learn_seconds": result.learn_seconds,
         "rays": result.rays,
         "metrics": metrics,
+        "judged_by": judged_by,
         "settings": described,
         "machine": to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
         "versions": _versions(),
@@ -89,13 +102,20 @@ def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
     return (values.get("scene_key"), values.get("settings"), values.get("finished"), version) == expected
 
 
-def judge_again(folder: Path, truth: np.ndarray) -> None:
-    """Bring a finished run's metrics up to date: the reference may have got better since. Its curve's errors stay as they were judged."""
+def judge_again(folder: Path, judge: Judge) -> None:
+    """Bring a finished run's metrics up to date: the reference may have got better since, or be another.
+
+    Its curve's errors stay as they were judged by a lesser reference, but not by another: there is no image any more to judge.
+    """
     path = folder / "result.json"
     values = json.loads(path.read_text(encoding="utf-8"))
-    metrics = compare(read_exr(folder / "image.exr")[0], truth)
-    if metrics != values["metrics"]:
-        _write_json(path, values | {"metrics": metrics})
+    curve, metrics = values["curve"], compare(read_exr(folder / "image.exr")[0], judge.truth)
+    if values.get("judged_by", RENDERED) != judge.key:
+        judged = {measure.__name__ for measure in ON_THE_WAY}
+        curve = [{name: value for name, value in entry.items() if name not in judged} for entry in curve]
+    anew = values | {"metrics": metrics, "judged_by": judge.key, "curve": curve}
+    if anew != values:
+        _write_json(path, anew)
 
 
 def _write_json(path: Path, values: dict[str, Any]) -> None:

@@ -5,15 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from ..errors import InputError
-from ..metrics import compare, mape_display, relmse
+from ..metrics import compare
 from ..render import Result, render
 from ..scene.data import SceneData
 from ..settings import Machine, Render
 from .probe import Point, described
-from .runs import save_run
+from .runs import ON_THE_WAY, Judge, save_run
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +20,7 @@ class Task:
 
     folder: Path
     scene: SceneData
-    truth: np.ndarray  # the reference image
+    judge: Judge
     method: str
     settings: Render
     probe: Point | None = None  # where to ask the guide what it has learnt
@@ -48,13 +46,19 @@ def attempt(task: Task, machine: Machine, on_share: Callable[[float], None]) -> 
         return Outcome(str(error), None)
 
 
+def _share(state: Result, settings: Render) -> float:
+    """How much of a render is done, by its samples or, where that is more, by its time limit."""
+    by_time = state.seconds / settings.seconds if settings.seconds else 0.0
+    return min(1.0, max(state.film.samples / settings.spp, by_time))
+
+
 def _perform(task: Task, machine: Machine, on_share: Callable[[float], None]) -> Outcome:
     def on_pass(state: Result) -> None:
-        state.curve[-1] |= {measure.__name__: measure(state.image, task.truth) for measure in (mape_display, relmse)}
-        on_share(state.film.samples / task.settings.spp)
+        state.curve[-1] |= {measure.__name__: measure(state.image, task.judge.truth) for measure in ON_THE_WAY}
+        on_share(_share(state, task.settings))
 
     result = render(task.scene, task.settings, machine, on_pass)
-    metrics = compare(result.image, task.truth)
+    metrics = compare(result.image, task.judge.truth)
     learnt = described(result.guide, task.probe)
-    save_run(task.folder, task.scene, task.method, task.settings, machine, result, metrics, learnt)
+    save_run(task.folder, task.scene, task.method, task.settings, machine, result, metrics, learnt, task.judge.key)
     return Outcome(f"{result.seconds:.1f} s, mape_display {metrics['mape_display']:.4f}", result.seconds)

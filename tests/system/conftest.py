@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -41,16 +41,8 @@ def bundle(tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _own_references(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """References of scenes that exist for one test only do not belong into the user's cache; compiled kernels do."""
-    cache = tmp_path_factory.mktemp("cache")
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "blender_rl_guiding"
-    (home / "kernels").mkdir(parents=True, exist_ok=True)
-    (cache / "blender_rl_guiding").mkdir()
-    (cache / "blender_rl_guiding" / "kernels").symlink_to(home / "kernels")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(cache))
-        yield
+def _own_references(own_references: None) -> None:
+    """For all tests here."""
 
 
 Run = Callable[..., subprocess.CompletedProcess[str]]

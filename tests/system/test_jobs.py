@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.experiments.pool import perform_all, threads_each
+from blender_rl_guiding.experiments.runs import RENDERED, Judge
 from blender_rl_guiding.experiments.tasks import Outcome, Task
 from blender_rl_guiding.images import read_exr
 from blender_rl_guiding.scene.data import SceneData
@@ -78,7 +79,7 @@ class Deadly:
 
 
 def task(folder: Path, scene: SceneData, method: str, truth=None) -> Task:
-    return Task(folder / method, scene, np.ones((8, 8, 3), np.float32) if truth is None else truth, method, Render(spp=2))
+    return Task(folder / method, scene, Judge(np.ones((8, 8, 3), np.float32) if truth is None else truth, RENDERED), method, Render(spp=2))
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -48,7 +48,7 @@ def test_losses_of_different_kinds_are_apart():
         run("d", losses=[1.0], guide={"kind": "qtable"}), run("e", guide={"kind": "uniform"}),
     )  # fmt: skip
     runs += (replace(runs[0], method="f", settings=runs[0].settings | {"nee": True}),)
-    results = Results(Path(), "", ("c1",), tuple("abcdef"), "a", "", runs, (), {})
+    results = Results(Path(), "", ("c1",), tuple("abcdef"), "a", "", "", runs, (), {})
     groups = {unit: [summary.method for summary in found] for unit, found in curves.by_loss(results, "c1").items()}
     assert groups == {
         "squared error": ["a", "b"],

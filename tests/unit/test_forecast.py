@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.experiments.forecast import Forecast
+from blender_rl_guiding.experiments.runs import RENDERED, Judge
 from blender_rl_guiding.experiments.tasks import Outcome, Task
 from blender_rl_guiding.settings import Render
 
 
 def task(scene: str, method: str) -> Task:
-    return Task(Path(), SimpleNamespace(name=scene), np.zeros(0), method, Render())
+    return Task(Path(), SimpleNamespace(name=scene), Judge(np.zeros(0), RENDERED), method, Render())
 
 
 def test_runs_to_come_are_weighed_by_those_alike():

@@ -1,0 +1,168 @@
+"""`blender --command rl_guided render | compare | export FILE.blend ...`: what `rlg` does, with the same flags, by any Blender."""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from blender_rl_guiding import schema
+from blender_rl_guiding.errors import InputError, check_writable
+from blender_rl_guiding.flags import Parser, add_experiment, add_export, add_methods, add_render, chosen_methods, given, render_settings
+from blender_rl_guiding.scene.bundle import save
+from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.settings import Machine, Render
+
+from . import environment
+from .capture import captured
+from .comparison import running
+from .comparison.operators import PATIENCE, job_of
+from .comparison.results import MEASURES
+from .comparison.steps import Cycles, working
+from .export.coverage import summary
+from .properties import read
+
+NAME = "rl_guided"
+_COMMANDS: list[Any] = []  # what Blender gave for the command, to take it back
+
+
+def main(arguments: list[str]) -> int:
+    """Do a command; gives the exit status. Bad input is one line on stderr and status 2."""
+    try:
+        options = _parser().parse_args(arguments)
+        options.text = shlex.join(["blender", "--command", NAME, *arguments])
+        options.command(options)
+    except SystemExit as end:  # argparse has said why
+        return int(end.code or 0)
+    except (InputError, schema.SettingsError) as error:
+        print(f"{NAME}: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _export(options: argparse.Namespace) -> None:
+    data = captured(_opened(options.scene))
+    if options.strict and data.coverage:
+        raise InputError(f"{options.scene.name}: {summary(data.coverage)}")
+    save(data, options.bundle)
+    for loss in data.coverage:
+        print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
+    print(f"wrote {options.bundle}, {len(data.coverage) or 'no'} thing(s) left out or replaced")
+
+
+def _render(options: argparse.Namespace) -> None:
+    check_writable(options.out)
+    scene = _opened(options.scene)
+    settings = render_settings(options, read(scene.rl_guiding, Render))
+    values = {"settings": schema.to_dict(settings), "machine": _machine(options), "out": _absolute(options.out)}
+    _work(captured(scene), "render", values | {"method": options.preset or settings.guide.kind})
+    print(options.out / "image.exr")
+
+
+def _compare(options: argparse.Namespace) -> None:
+    check_writable(options.out)
+    scene, cycles = _opened(options.scene), None
+    if options.methods:
+        compared = chosen_methods(options)
+        first = next(iter(compared.values())).seed
+        values: dict[str, Any] = {
+            "methods": {name: schema.to_dict(settings) for name, settings in compared.items()},
+            "seeds": list(range(first, first + options.seeds)),
+            "reference": {"spp": options.reference_spp},
+            "probe": options.probe,
+        }
+    else:
+        if changed := given(options, Render):
+            raise InputError(f"--{min(changed)} needs --methods: the file's own list has settings of its own")
+        values = job_of(scene, options.out)
+        if scene.rl_guiding_comparison.reference == "CYCLES":
+            cycles = Cycles(scene, scene.rl_guiding_comparison.reference_spp)
+    values |= {"command": options.text, "machine": _machine(options), "jobs": options.jobs, "out": _absolute(options.out)}
+    outcome = _work(captured(scene), "compare", values, cycles)
+    print(_table(outcome["methods"]))
+    print(outcome["page"])
+    if outcome["failed"]:
+        raise InputError(f"{outcome['failed']} of the runs failed, as told above; the same command tries them again")
+
+
+def _opened(blend: Path) -> bpy.types.Scene:
+    """The active scene of a file. Scripts inside of it do not run. InputError where Blender cannot open it."""
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(blend.absolute()), load_ui=False, use_scripts=False)
+    except RuntimeError as error:
+        raise InputError(f"cannot open {blend}: {' '.join(str(error).split()).rpartition(': ')[2]}") from error
+    return bpy.context.scene
+
+
+def _work(data: SceneData, job: str, values: dict[str, Any], cycles: Cycles | None = None) -> dict[str, Any]:
+    """Have the worker do a job, with a line on stderr for each thing that it begins; returns what it tells in the end."""
+    outcome: dict[str, Any] = {}
+    told = ""
+
+    def tell(status: running.Status) -> None:
+        nonlocal told
+        if status.text != told and not status.text.startswith("Sample "):
+            print(status.text, file=sys.stderr, flush=True)
+            told = status.text
+
+    steps = working(environment.python(), data, job, values, PATIENCE, cycles)
+    running.complete(job, steps, lambda done: outcome.update(done) or "", tell)
+    for note in outcome["notes"]:
+        print(note, file=sys.stderr)
+    return outcome
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    """The errors of all methods, as text."""
+    head = ["", *MEASURES, "seconds", "samples/s"]
+    body = [
+        [
+            row["method"],
+            *(f"{row['errors'][measure]:.4g}" for measure in MEASURES),
+            f"{row['seconds']:.1f}",
+            f"{row['samples_per_second']:.3g}",
+        ]
+        for row in rows
+    ]
+    widths = [max(map(len, column)) for column in zip(head, *body, strict=True)]
+    return "\n".join("  ".join(map(str.rjust, line, widths)) for line in (head, *body))
+
+
+def _machine(options: argparse.Namespace) -> dict[str, Any]:
+    return schema.to_dict(schema.override(Machine(), given(options, Machine)))
+
+
+def _absolute(path: Path) -> str:
+    return str(path.absolute())
+
+
+def _parser() -> Parser:
+    parser = Parser(prog=NAME, description="Render Blender files with learnt path guiding, and compare methods.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
+
+    def command(name: str, function: Any, text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(command=function)
+        return sub
+
+    add_export(command("export", _export, "Turn a .blend into a scene bundle, and list what could not be taken over."))
+    about = "Render a .blend, with the settings saved in it unless others are given: writes image.exr and result.json."
+    add_render(command("render", _render, about))
+    about = "Compare the methods of the list saved in a .blend, or those named: writes report.html, tables and figures."
+    compare = command("compare", _compare, about)
+    compare.add_argument("scene", type=Path, metavar="SCENE.blend")
+    add_experiment(compare, seeds=1)
+    add_methods(compare, required=False)
+    return parser
+
+
+def register() -> None:
+    """The command `rl_guided`."""
+    _COMMANDS.append(bpy.utils.register_cli_command(NAME, main))
+
+
+def unregister() -> None:
+    """Undo `register`."""
+    bpy.utils.unregister_cli_command(_COMMANDS.pop())

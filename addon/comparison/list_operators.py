@@ -1,0 +1,206 @@
+"""The list of methods: add, from what there is; remove, move, duplicate, sweep over one setting; to and from the render settings."""
+
+# pyright: reportInvalidTypeForm=false
+
+from typing import Any
+
+import bpy
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.settings import Render, method
+
+from ..properties import read, write
+from . import methods
+
+_KEPT: list[tuple[str, str, str]] = []  # of the last menu: Blender does not keep the text of a dynamic one alive
+_PUBLISHED = "slides_"  # how presets of published settings are called
+
+
+def _settings(context: bpy.types.Context) -> Render:
+    """Those of the active method. InputError where they cannot be read."""
+    comparison = context.scene.rl_guiding_comparison
+    return methods.settings_of(comparison.methods[comparison.active_method])
+
+
+class _Edit(bpy.types.Operator):
+    """Changes the list; itself never registered."""
+
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+    needs_method = True
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        comparison = context.scene.rl_guiding_comparison
+        return not cls.needs_method or comparison.active_method in range(len(comparison.methods))
+
+    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+        """Do it. InputError where that is not possible."""
+        raise NotImplementedError
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            self.act(context.scene.rl_guiding_comparison, context)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class RLG_OT_method_add(_Edit):
+    """Add a method to the list."""
+
+    bl_idname = "rl_guided.method_add"
+    bl_label = "Add Method"
+    needs_method = False
+
+    name: bpy.props.StringProperty(description="A guide or a preset; empty takes the settings of the scene's render")
+
+    @classmethod
+    def description(cls, context: bpy.types.Context, properties: Any) -> str:
+        return f"Add {properties.name} to the list" if properties.name else "Add the settings of Render properties as they are now"
+
+    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+        if self.name and self.name not in methods.built_in():
+            raise InputError(f"no guide or preset is called '{self.name}'")
+        settings = method(self.name) if self.name else read(context.scene.rl_guiding, Render)
+        methods.add(comparison, self.name or settings.guide.kind, settings)
+
+
+class RLG_OT_method_remove(_Edit):
+    """Remove the active method from the list; its results stay."""
+
+    bl_idname = "rl_guided.method_remove"
+    bl_label = "Remove Method"
+
+    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+        comparison.methods.remove(comparison.active_method)
+        comparison.active_method = max(0, min(comparison.active_method, len(comparison.methods) - 1))
+
+
+class RLG_OT_method_move(_Edit):
+    """Move the active method; the first is the baseline of all ratios."""
+
+    bl_idname = "rl_guided.method_move"
+    bl_label = "Move Method"
+
+    step: bpy.props.IntProperty(default=1)
+
+    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+        target = comparison.active_method + self.step
+        if target in range(len(comparison.methods)):
+            comparison.methods.move(comparison.active_method, target)
+            comparison.active_method = target
+
+
+class RLG_OT_method_duplicate(_Edit):
+    """Add a copy of the active method."""
+
+    bl_idname = "rl_guided.method_duplicate"
+    bl_label = "Duplicate"
+
+    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+        methods.add(comparison, comparison.methods[comparison.active_method].name, _settings(context))
+
+
+class RLG_OT_method_apply(_Edit):
+    """Render with the settings of the active method: copy them to the render settings of the scene."""
+
+    bl_idname = "rl_guided.method_apply"
+    bl_label = "Use for Rendering"
+
+    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+        write(context.scene.rl_guiding, _settings(context))
+
+
+def _menu(self: bpy.types.Operator, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+    _KEPT[:] = methods.sweepable(_settings(context)) if context else []
+    return _KEPT
+
+
+def _show_example(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    self.values = methods.example(_settings(context), self.setting)
+
+
+class RLG_OT_method_sweep(_Edit):
+    """Add copies of the active method in which one setting has other values."""
+
+    bl_idname = "rl_guided.method_sweep"
+    bl_label = "Sweep a Setting"
+
+    setting: bpy.props.EnumProperty(items=_menu, name="Setting", description="What differs", update=_show_example)
+    values: bpy.props.StringProperty(name="Values", description="The values, separated by commas")
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        _show_example(self, context)
+        return context.window_manager.invoke_props_dialog(self, title="Sweep a Setting", confirm_text="Add Methods")
+
+    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+        name = comparison.methods[comparison.active_method].name
+        made = list(methods.sweep(_settings(context), self.setting, self.values))
+        for suffix, settings in made:
+            methods.add(comparison, f"{name} {suffix}", settings)
+
+
+class RLG_MT_method_add(bpy.types.Menu):
+    """What can be added to the list."""
+
+    bl_idname = "RLG_MT_method_add"
+    bl_label = "Add Method"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        operator, names = RLG_OT_method_add.bl_idname, methods.built_in()
+        self.layout.operator(operator, text="Current Render Settings", icon="SCENE").name = ""
+        for published in (False, True):
+            self.layout.separator()
+            for name in (name for name in names if name.startswith(_PUBLISHED) == published):
+                self.layout.operator(operator, text=name).name = name
+
+
+class RLG_MT_method_specials(bpy.types.Menu):
+    """What else can be done with a method."""
+
+    bl_idname = "RLG_MT_method_specials"
+    bl_label = "Methods"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.operator_context = "INVOKE_DEFAULT"
+        self.layout.operator(RLG_OT_method_duplicate.bl_idname, icon="DUPLICATE")
+        self.layout.operator(RLG_OT_method_sweep.bl_idname, icon="PARTICLE_DATA", text="Sweep a Setting...")
+        self.layout.operator(RLG_OT_method_apply.bl_idname, icon="SCENE")
+
+
+class RLG_UL_methods(bpy.types.UIList):
+    """The methods; the first is the baseline."""
+
+    def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: Any, active: Any, prop: str, index: int) -> None:
+        row = layout.row()
+        row.prop(item, "name", text="", emboss=False, icon="PINNED" if index == 0 else "DOT")
+        kind = row.row()
+        kind.alignment = "RIGHT"
+        kind.active = False
+        kind.label(text="baseline" if index == 0 else item.settings.guide)
+
+
+_CLASSES = (
+    RLG_OT_method_add,
+    RLG_OT_method_remove,
+    RLG_OT_method_move,
+    RLG_OT_method_duplicate,
+    RLG_OT_method_apply,
+    RLG_OT_method_sweep,
+    RLG_MT_method_add,
+    RLG_MT_method_specials,
+    RLG_UL_methods,
+)
+
+
+def register() -> None:
+    """Operators, menus and the list."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Undo `register`."""
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

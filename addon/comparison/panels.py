@@ -1,0 +1,231 @@
+"""The panels of a comparison, in Render properties."""
+
+from typing import Any
+
+import bpy
+
+from blender_rl_guiding.schema import Settings, entries
+from blender_rl_guiding.settings import Render
+
+from ..engine import RLGuided
+from . import running
+from .properties import REFERENCES
+from .show_operators import KINDS
+
+_LINE = 42  # letters of the last words that fit beside each other
+
+
+class _Panel:
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == RLGuided.bl_idname
+
+
+class RLG_PT_compare(_Panel, bpy.types.Panel):
+    """What is compared, and the button that starts it."""
+
+    bl_idname = "RLG_PT_compare"
+    bl_label = "Compare Methods"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, comparison = self.layout, context.scene.rl_guiding_comparison
+        _draw_list(layout, comparison)
+        layout.use_property_split, layout.use_property_decorate = True, False
+        layout.row().prop(comparison, "budget", expand=True)
+        layout.prop(comparison, "spp" if comparison.budget == "SAMPLES" else "seconds")
+        layout.prop(comparison, "seeds")
+        _draw_reference(layout, comparison)
+        layout.prop(comparison, "folder")
+        _draw_state(layout)
+
+
+def _draw_list(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:
+    row = layout.row()
+    row.template_list("RLG_UL_methods", "", comparison, "methods", comparison, "active_method", rows=5)
+    side = row.column(align=True)
+    side.menu("RLG_MT_method_add", text="", icon="ADD")
+    side.operator("rl_guided.method_remove", text="", icon="REMOVE")
+    side.separator()
+    side.menu("RLG_MT_method_specials", text="", icon="DOWNARROW_HLT")
+    side.separator()
+    side.operator("rl_guided.method_move", text="", icon="TRIA_UP").step = -1
+    side.operator("rl_guided.method_move", text="", icon="TRIA_DOWN").step = 1
+
+
+def _draw_reference(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:
+    column = layout.column()
+    column.prop(comparison, "reference")
+    column.prop(comparison, "reference_file" if comparison.reference == "FILE" else "reference_spp")
+    if comparison.reference == "CYCLES":
+        about = next(item[2] for item in REFERENCES if item[0] == "CYCLES")
+        _draw_text(column, about, "INFO")
+
+
+def _draw_state(layout: bpy.types.UILayout) -> None:
+    """The button, or what is under way; below, how the last one ended."""
+    state = running.STATE
+    if state.work:
+        row = layout.row(align=True)
+        row.progress(text=state.work.line, factor=state.work.status.share)
+        row.operator("rl_guided.cancel", text="", icon="X")
+        return
+    row = layout.row()
+    row.scale_y = 1.4
+    row.operator("rl_guided.compare", icon="RENDER_RESULT")
+    if state.last_words:
+        _draw_text(layout, state.last_words, "ERROR" if state.failed else "CHECKMARK")
+
+
+def _draw_text(layout: bpy.types.UILayout, text: str, icon: str) -> None:
+    """Text of any length: labels do not wrap by themselves."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    lines = [""]
+    for word in text.split():
+        lines[-1:] = [f"{lines[-1]} {word}".strip()] if len(lines[-1]) + len(word) < _LINE else [lines[-1], word]
+    for number, line in enumerate(lines):
+        column.label(text=line, icon="BLANK1" if number else icon)
+
+
+class RLG_PT_compare_method(_Panel, bpy.types.Panel):
+    """The settings of the active method."""
+
+    bl_idname = "RLG_PT_compare_method"
+    bl_parent_id = "RLG_PT_compare"
+    bl_label = "Settings of the Method"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(context.scene.rl_guiding_comparison.methods)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        comparison = context.scene.rl_guiding_comparison
+        self.layout.use_property_split, self.layout.use_property_decorate = True, False
+        if comparison.active_method < len(comparison.methods):
+            draw_settings(
+                self.layout, comparison.methods[comparison.active_method].settings, Render, {"spp", "seconds", "passes", "denoise"}
+            )
+
+
+def draw_settings(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, config: type[Settings], without: set[str]) -> None:
+    """Every setting of a class but those named, and below a menu the settings of the chosen variant."""
+    for entry in entries(config):
+        if entry.name in without:
+            continue
+        layout.prop(group, entry.name)
+        chosen = getattr(group, entry.name)
+        if entry.variants and chosen:
+            draw_settings(layout.column(), getattr(group, f"{entry.name}_{chosen}"), entry.variants[chosen], set())
+
+
+class RLG_PT_compare_results(_Panel, bpy.types.Panel):
+    """The table, and the ways to look at what has come out."""
+
+    bl_idname = "RLG_PT_compare_results"
+    bl_parent_id = "RLG_PT_compare"
+    bl_label = "Results"
+    bl_options = set()
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(context.scene.rl_guiding_comparison.results)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, comparison = self.layout, context.scene.rl_guiding_comparison
+        row = layout.row()
+        row.label(text="Error")
+        row.prop(comparison, "measure", text="")
+        column = layout.column(align=True)
+        _draw_cells(column, ["Method", "Error", "Ratio", "Time"], header=True)
+        column.template_list("RLG_UL_results", "", comparison, "results", comparison, "active_result", rows=3)
+        if comparison.active_result < len(comparison.results):
+            _draw_details(layout, comparison.results[comparison.active_result])
+        _draw_text(layout, f"Reference: {comparison.about}", "IMAGE_REFERENCE")
+        _draw_ways(layout, comparison)
+        layout.operator("rl_guided.to_slots", icon="RENDERLAYERS")
+        layout.operator("rl_guided.open_report", icon="URL")
+        layout.operator("rl_guided.clear_results", icon="TRASH")
+
+
+def _draw_details(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> None:
+    """What the table has no room for."""
+    flow = layout.grid_flow(columns=2, row_major=True, align=True)
+    flow.active = False
+    flow.label(text=f"{item.spp} samples per pixel")
+    flow.label(text=f"{item.samples_per_second:.3g} samples/s")
+    flow.label(text=f"{item.learn_share:.0%} of the time learning")
+    flow.label(text=f"×{item.equal_time:.3g} at equal time")
+
+
+def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:
+    row = layout.row(align=True)
+    for kind, label, _, _ in KINDS:
+        if kind != "PICTURES" or comparison.pictures:
+            row.operator("rl_guided.side_by_side", text=label, icon="IMAGE_REFERENCE" if kind == "IMAGES" else "NONE").kind = kind
+
+
+def _draw_cells(layout: bpy.types.UILayout, cells: list[str], header: bool = False) -> None:
+    """A row of the table; the first cell is the widest."""
+    split = layout.split(factor=0.37)
+    split.label(text=cells[0])
+    row = split.row()
+    row.active = not header
+    for cell in cells[1:]:
+        part = row.row()
+        part.alignment = "RIGHT"
+        part.label(text=cell)
+
+
+class RLG_UL_results(bpy.types.UIList):
+    """A row for each method; the first is the baseline."""
+
+    def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: Any, active: Any, prop: str, index: int) -> None:
+        error, base = getattr(item, data.measure), getattr(data.results[0], data.measure)
+        cells = [
+            item.name,
+            f"{error:.3g}",
+            f"×{error / base:.2f}" if base else "",
+            f"{item.seconds:.1f} s",
+        ]
+        _draw_cells(layout, cells)
+
+
+class RLG_PT_compare_probe(_Panel, bpy.types.Panel):
+    """Where methods are asked what they have learnt."""
+
+    bl_idname = "RLG_PT_compare_probe"
+    bl_parent_id = "RLG_PT_compare"
+    bl_label = "What Is Learnt"
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.rl_guiding_comparison, "use_probe", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, comparison = self.layout, context.scene.rl_guiding_comparison
+        layout.use_property_split, layout.use_property_decorate = True, False
+        layout.active = comparison.use_probe
+        layout.prop(comparison, "probe")
+        row = layout.row(align=True)
+        row.operator("rl_guided.pick", icon="EYEDROPPER")
+        row.operator("rl_guided.pick_cursor", icon="CURSOR")
+        layout.operator("rl_guided.inspect", text="Show Q of the Method", icon="LIGHT_HEMI")
+
+
+_CLASSES = (RLG_UL_results, RLG_PT_compare, RLG_PT_compare_method, RLG_PT_compare_probe, RLG_PT_compare_results)
+
+
+def register() -> None:
+    """The panels."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Undo `register`."""
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,75 @@
+"""What a comparison brings back: rows and images into the file, so that they are there when it is opened again."""
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from blender_rl_guiding.errors import InputError
+
+MEASURES = ("mape_display", "mape", "relmse", "flip")
+
+
+def store(scene: bpy.types.Scene, outcome: dict[str, Any]) -> str:
+    """Take over what the worker tells in `done`, see `handover.handed_over`; returns a line about it."""
+    comparison = scene.rl_guiding_comparison
+    comparison.about, comparison.page = outcome["about"], outcome["page"]
+    comparison.reference_image = opened(outcome["reference"], f"{scene.name} reference", comparison.reference_image)
+    _resize(comparison.results, len(outcome["methods"]))
+    for item, row in zip(comparison.results, outcome["methods"], strict=True):
+        _store_row(item, row, scene.name)
+    _resize(comparison.pictures, len(outcome["pictures"]))
+    for item, picture in zip(comparison.pictures, outcome["pictures"], strict=True):
+        item.name = picture["name"]
+        item.image = opened(picture["path"], f"{scene.name} {picture['name']}", item.image)
+    comparison.active_result = min(comparison.active_result, max(0, len(comparison.results) - 1))
+    failures = [note for note in outcome["notes"] if "FAILED" in note]
+    if outcome["failed"]:
+        return f"{outcome['failed']} run(s) failed: {failures[0] if failures else 'see the report'}"
+    return f"{len(outcome['methods'])} methods compared"
+
+
+def _store_row(item: bpy.types.PropertyGroup, row: dict[str, Any], scene: str) -> None:
+    item.name = row["method"]
+    item.image = opened(row["image"], f"{scene} {row['method']}", item.image)
+    item.heat = opened(row["heat"], f"{scene} {row['method']} error", item.heat)
+    for measure in MEASURES:
+        setattr(item, measure, row["errors"][measure])
+    for name in ("seeds", "spp", "seconds", "samples_per_second", "learn_share"):
+        setattr(item, name, row[name])
+    item.equal_time = row["equal_time"] or 0.0
+
+
+def _resize(items: Any, count: int) -> None:
+    """Keep as many items as possible: their images are used again."""
+    while len(items) > count:
+        items.remove(len(items) - 1)
+    while len(items) < count:
+        items.add()
+
+
+def opened(path: str, name: str, image: bpy.types.Image | None = None) -> bpy.types.Image:
+    """The image of a file, in `image` if that is there; beside a saved .blend its path is relative, so that both can be moved.
+
+    InputError where Blender cannot read it.
+    """
+    if not Path(path).is_file():
+        raise InputError(f"no image at {path}")
+    kept = bpy.path.relpath(path) if bpy.data.filepath and Path(path).anchor == Path(bpy.data.filepath).anchor else path
+    shown: bpy.types.Image = image or bpy.data.images.load(path, check_existing=False)
+    shown.name, shown.filepath = name, kept
+    if shown.packed_file:
+        shown.unpack(method="REMOVE")  # of an earlier comparison
+    shown.reload()
+    return shown
+
+
+def clear(comparison: bpy.types.PropertyGroup) -> None:
+    """Let go of results; files stay where they are, and images that something else uses."""
+    images = [item.image for item in (*comparison.results, *comparison.pictures)] + [item.heat for item in comparison.results]
+    images.append(comparison.reference_image)
+    comparison.results.clear()
+    comparison.pictures.clear()
+    comparison.reference_image = None
+    comparison.about = comparison.page = ""
+    bpy.data.batch_remove([image for image in images if image and image.users == 0])

@@ -1,0 +1,92 @@
+"""Images in the slots of the Render Result, where J flips between them as between renders."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import bpy
+import numpy as np
+
+from blender_rl_guiding.errors import InputError
+
+from .. import capture
+
+_OWN = {"use_border": False, "use_compositing": False, "use_sequencer": False, "use_multiview": False, "resolution_percentage": 100}
+
+
+def put(scene: bpy.types.Scene, images: dict[str, bpy.types.Image]) -> None:
+    """Put images, by name, into slots of these names, and show the first; slots of other names keep what they have.
+
+    Only a render fills a slot, so this renders with an engine that shows an image. InputError where Blender refuses.
+    """
+    shown: list[np.ndarray] = []
+
+    class Show(bpy.types.RenderEngine):
+        """Delivers stored pixels."""
+
+        bl_idname = "RL_GUIDED_SHOW"
+        bl_label = "RL Guided Show"
+
+        def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+            height, width, _ = shown[0].shape
+            result = self.begin_result(0, 0, width, height)
+            result.layers[0].passes["Combined"].rect.foreach_set(shown[0].ravel())
+            self.end_result(result)
+
+    bpy.utils.register_class(Show)
+    try:
+        for name, image in images.items():
+            shown[:] = [pixels(image)]
+            _choose_slot(name)
+            with _rendering(scene, Show.bl_idname, image.size):
+                capture.render(scene, next(layer.name for layer in scene.view_layers if layer.use))
+            if name not in [slot.name for slot in _slots()]:  # there was no Render Result before
+                _slots().active.name = name
+        _choose_slot(next(iter(images)))
+    finally:
+        bpy.utils.unregister_class(Show)
+
+
+def result() -> bpy.types.Image | None:
+    """The Render Result, which the first render makes."""
+    return next((image for image in bpy.data.images if image.type == "RENDER_RESULT"), None)
+
+
+def pixels(image: bpy.types.Image) -> np.ndarray:
+    """(height, width, 4) float32, linear, bottom row first. InputError where the file of the image is gone."""
+    width, height = image.size
+    if not (width and height):
+        raise InputError(f"the image '{image.name}' is not at {image.filepath}")
+    values = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(values)
+    values = values.reshape(height, width, image.channels)
+    return np.ascontiguousarray(np.dstack([values[..., :3], np.ones((height, width), np.float32)]))
+
+
+def _slots() -> Any:
+    """The slots; without a Render Result there are none."""
+    there = result()
+    return there.render_slots if there else ()
+
+
+def _choose_slot(name: str) -> None:
+    """Make the slot of that name the active one, a new one if need be."""
+    if slots := _slots():
+        names = [slot.name for slot in slots]
+        if name not in names:
+            slots.new(name=name)
+        slots.active_index = names.index(name) if name in names else len(names)
+
+
+@contextmanager
+def _rendering(scene: bpy.types.Scene, engine: str, size: Any) -> Iterator[None]:
+    """The scene's render settings are those of an image of that size for the length of the block."""
+    own = _OWN | {"engine": engine, "resolution_x": size[0], "resolution_y": size[1]}
+    before = {name: getattr(scene.render, name) for name in own}
+    try:
+        for name, value in own.items():
+            setattr(scene.render, name, value)
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(scene.render, name, value)

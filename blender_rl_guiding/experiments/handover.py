@@ -1,0 +1,64 @@
+"""What a comparison hands over to Blender: numbers as plain data, and pictures as files that Blender opens by itself."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from .. import metrics
+from ..errors import atomic
+from ..images import png
+from . import curves, numbers, page_images, page_probe, pictures
+from .results import MEASURES, Results, Summary, load, ratio
+
+
+def handed_over(folder: Path) -> dict[str, Any]:
+    """Page, methods and pictures of an experiment on one scene whose report is written; error maps are written here.
+
+    InputError on a damaged folder.
+    """
+    results = load(folder)
+    scene = results.scenes[0]
+    return {
+        "page": str(folder / "report.html"),
+        "about": results.reference,
+        "reference": str(folder / scene / "reference.exr"),
+        "methods": list(_methods(results, scene)),
+        "pictures": [{"name": name, "path": str(folder / "figures" / f"{file}-{scene}.png")} for file, name in _figures(results, scene)],
+        "missing": list(results.missing),
+    }
+
+
+def _methods(results: Results, scene: str) -> Iterator[dict[str, Any]]:
+    """A row for each method with a finished run, the baseline first, with the files of its first seed: image and error map."""
+    truth, shots = page_images.load(results, scene)
+    maps = [metrics.mape_map(image, truth) for _, image in shots]
+    top, base = pictures.scale(maps), results.base(scene)
+    for summary, (run, _), errors in zip(results.summaries(scene), shots, maps, strict=True):
+        heat = run.folder / "error.png"
+        with atomic(heat) as part:
+            part.write_bytes(png(pictures.heat_map(errors, top)))
+        yield _row(summary, base) | {"image": str(run.folder / "image.exr"), "heat": str(heat), "heat_top": top}
+
+
+def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
+    seconds = sum(run.seconds for run in summary.runs)
+    return {
+        "method": summary.method,
+        "seeds": len(summary.runs),
+        "errors": {name: summary.errors[name].mean for name in MEASURES},
+        "margins": {name: summary.errors[name].margin for name in MEASURES},
+        "ratios": {name: ratio(summary.errors[name].mean, base.errors[name].mean) for name in MEASURES} if base else {},
+        "equal_time": numbers.equal_time(summary, base) if base else None,
+        "spp": max(run.spp for run in summary.runs),
+        "seconds": summary.seconds.mean,
+        "samples_per_second": sum(run.spp for run in summary.runs) / seconds,
+        "learn_share": summary.share("learn_seconds"),
+    }
+
+
+def _figures(results: Results, scene: str) -> Iterator[tuple[str, str]]:
+    """The figures that the report has made of a scene, as files and for people."""
+    for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):
+        yield plot.name, f"{plot.y_label} over {plot.x_label.partition(',')[0]}"
+    if page_probe.found(results, scene):
+        yield "learnt", "radiance that arrives, and Q"

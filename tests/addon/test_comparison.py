@@ -1,0 +1,314 @@
+"""Comparing methods in Blender: the list, the runs, what stays in the file; and commands that end in the same bits."""
+
+import json
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Vector
+
+from addon import commands, environment, worker_client
+from addon.comparison import methods, operators, picking, running, slots, workspace
+from addon.comparison.properties import BUDGETS, MEASURES, REFERENCES
+from addon.properties import write
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments.handover import MEASURES as MEASURED
+from blender_rl_guiding.images import read_exr, write_exr
+from blender_rl_guiding.render import render
+from blender_rl_guiding.schema import flags
+from blender_rl_guiding.settings import BSDF, DQN, PRESETS, QTable, Render, Uniform, method
+
+from .conftest import Export
+
+SMALL = QTable(recorded=3000, cells=4)
+
+
+@pytest.fixture
+def lit(scene: bpy.types.Scene, own_references: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[bpy.types.Scene]:
+    """A cube under a grey world in a saved file, with a comparison of three methods that is soon done."""
+    bpy.ops.mesh.primitive_cube_add(location=(0, 0, -4), rotation=(0.5, 0.4, 0.3))
+    monkeypatch.setattr(environment, "python", lambda: Path(sys.executable))
+    scene.render.engine = "RL_GUIDED"
+    comparison = scene.rl_guiding_comparison
+    for name, guide in (("uniform", Uniform()), ("plain", BSDF()), ("table", SMALL)):
+        methods.add(comparison, name, Render(guide=guide))
+    comparison.spp, comparison.reference_spp, comparison.use_probe = 4, 1, False
+    (tmp_path / "é 你").mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "é 你" / "cube.blend"))
+    yield scene
+    worker_client.end_all()
+
+
+def pixels(image: bpy.types.Image) -> np.ndarray:
+    """RGB, top row first."""
+    return slots.pixels(image)[::-1, :, :3]
+
+
+def test_a_comparison_comes_back_into_the_file_and_stays_there(lit: bpy.types.Scene, run: Export, tmp_path: Path):
+    assert bpy.ops.rl_guided.compare() == {"FINISHED"}
+    folder = tmp_path / "é 你" / "rl_guided" / "Scene" / "cube"
+    runs = {path: path.stat().st_mtime_ns for path in folder.rglob("result.json")}
+    bpy.ops.wm.save_mainfile()
+    bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+    scene = bpy.context.scene
+    comparison = scene.rl_guiding_comparison
+    assert [item.name for item in comparison.results] == ["uniform", "plain", "table"]
+    for item in comparison.results:
+        expected = render(_exported(run, scene), Render(spp=4, guide=methods.settings_of(comparison.methods[item.name]).guide)).image
+        np.testing.assert_array_equal(pixels(item.image), expected)
+        metrics = json.loads((folder / item.name / "seed-0" / "result.json").read_text(encoding="utf-8"))["metrics"]
+        np.testing.assert_allclose([getattr(item, name) for name in metrics], list(metrics.values()), rtol=1e-6)
+        assert item.heat.size[:] == item.image.size[:]
+        assert item.image.filepath.startswith("//rl_guided")
+        assert item.seconds > 0
+        assert item.samples_per_second > 0
+    np.testing.assert_array_equal(pixels(comparison.reference_image), read_exr(folder / "reference.exr")[0])
+    assert {"mape_display over samples per pixel", "relmse over seconds"} <= {item.name for item in comparison.pictures}
+    assert Path(comparison.page).read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert len(bpy.data.scenes) == 1
+    comparison.spp = 4
+    assert bpy.ops.rl_guided.compare() == {"FINISHED"}  # again: nothing is rendered twice, no image is doubled
+    assert {path: path.stat().st_mtime_ns for path in runs} == runs
+    assert not [image.name for image in bpy.data.images if image.name.endswith(".001")]
+    _slots_hold(scene, tmp_path)
+
+
+def _exported(run: Export, scene: bpy.types.Scene):
+    scene.render.engine = "RL_GUIDED_TEST"
+    try:
+        return run()
+    finally:
+        scene.render.engine = "RL_GUIDED"
+
+
+def _slots_hold(scene: bpy.types.Scene, folder: Path) -> None:
+    """All images are in slots of their names, bit for bit, and the render settings are the user's again."""
+    before = {name: getattr(scene.render, name) for name in ("engine", "resolution_x", "resolution_percentage", "use_compositing")}
+    assert bpy.ops.rl_guided.to_slots() == {"FINISHED"}
+    assert {name: getattr(scene.render, name) for name in before} == before
+    result, comparison = slots.result(), scene.rl_guiding_comparison
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.color_depth = "32"
+    for name, image in {"reference": comparison.reference_image, **{item.name: item.image for item in comparison.results}}.items():
+        result.render_slots.active_index = [slot.name for slot in result.render_slots].index(name)
+        result.save_render(str(folder / "slot.exr"))
+        np.testing.assert_array_equal(read_exr(folder / "slot.exr")[0], pixels(image), err_msg=name)
+
+
+def test_a_reference_from_a_file_has_to_fit(lit: bpy.types.Scene, tmp_path: Path):
+    comparison = lit.rl_guiding_comparison
+    comparison.reference, comparison.reference_file = "FILE", str(tmp_path / "none.exr")
+    with pytest.raises(RuntimeError, match=r"the reference is not at .*none\.exr"):
+        bpy.ops.rl_guided.compare()
+    write_exr(tmp_path / "grey.exr", np.ones((8, 9, 3), np.float32), {})
+    comparison.reference_file = str(tmp_path / "grey.exr")
+    with pytest.raises(RuntimeError, match="is 9 x 8 pixels, but scene 'cube' renders 16 x 16"):
+        bpy.ops.rl_guided.compare()
+
+
+def test_what_cannot_be_compared_is_a_line(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch):
+    comparison = lit.rl_guiding_comparison
+    comparison.methods[1].name = "uniform"
+    with pytest.raises(RuntimeError, match="two methods are called 'uniform'"):
+        bpy.ops.rl_guided.compare()
+    comparison.methods[1].name = "plain"
+    comparison.folder = bpy.data.filepath
+    with pytest.raises(RuntimeError, match=r"cube\.blend is not a folder"):
+        bpy.ops.rl_guided.compare()
+    comparison.folder = "//rl_guided/"
+    comparison.reference, comparison.methods[0].settings.max_bounces = "CYCLES", 3
+    with pytest.raises(RuntimeError, match="Cycles takes the scene's own path lengths"):
+        bpy.ops.rl_guided.compare()
+    comparison.methods.clear()
+    with pytest.raises(RuntimeError, match="there is no method"):
+        bpy.ops.rl_guided.compare()
+
+
+def test_an_unsaved_file_needs_a_folder(scene: bpy.types.Scene):
+    with pytest.raises(InputError, match="save it first"):
+        operators.folder_of(scene)
+
+
+def test_the_budget_is_that_of_the_comparison(scene: bpy.types.Scene):
+    comparison = scene.rl_guiding_comparison
+    methods.add(comparison, "a", Render(spp=7, seconds=3.0))
+    comparison.spp = 5
+    assert methods.all_of(comparison) == {"a": Render(spp=5)}
+    comparison.budget, comparison.seconds = "SECONDS", 0.3
+    assert methods.all_of(comparison) == {"a": Render(spp=1_000_000, seconds=0.3)}
+
+
+def test_methods_come_from_presets_guides_and_the_scene(scene: bpy.types.Scene):
+    comparison = scene.rl_guiding_comparison
+    for name in methods.built_in():
+        assert bpy.ops.rl_guided.method_add(name=name) == {"FINISHED"}
+        assert methods.settings_of(comparison.methods[-1]) == method(name)
+    assert set(PRESETS) < set(methods.built_in())
+    write(scene.rl_guiding, Render(nee=True, guide=DQN(width=7)))
+    bpy.ops.rl_guided.method_add()
+    assert comparison.methods[-1].name == "dqn 2"
+    assert methods.settings_of(comparison.methods[-1]) == Render(nee=True, guide=DQN(width=7))
+
+
+def test_the_list_can_be_edited(scene: bpy.types.Scene):
+    comparison = scene.rl_guiding_comparison
+    for name in ("uniform", "dqn"):
+        bpy.ops.rl_guided.method_add(name=name)
+    bpy.ops.rl_guided.method_move(step=-1)
+    bpy.ops.rl_guided.method_move(step=-1)
+    bpy.ops.rl_guided.method_duplicate()
+    assert [item.name for item in comparison.methods] == ["dqn", "uniform", "dqn 2"]
+    comparison.methods[2].settings.guide_dqn.width = 5
+    bpy.ops.rl_guided.method_apply()
+    assert scene.rl_guiding.guide_dqn.width == 5
+    bpy.ops.rl_guided.method_remove()
+    assert [item.name for item in comparison.methods] == ["dqn", "uniform"]
+    assert comparison.active_method == 1
+    for _ in range(2):
+        bpy.ops.rl_guided.method_remove()
+    assert not bpy.ops.rl_guided.method_remove.poll()
+
+
+def test_a_sweep_varies_one_setting(scene: bpy.types.Scene):
+    comparison = scene.rl_guiding_comparison
+    bpy.ops.rl_guided.method_add(name="dqn")
+    bpy.ops.rl_guided.method_sweep(setting="dqn.width", values="8, 16,")
+    bpy.ops.rl_guided.method_sweep(setting="nee", values="on")
+    assert {item.name: methods.settings_of(item) for item in comparison.methods} == {
+        "dqn": Render(guide=DQN()),
+        "dqn width 8": Render(guide=DQN(width=8)),
+        "dqn width 16": Render(guide=DQN(width=16)),
+        "dqn width 16 nee on": Render(nee=True, guide=DQN(width=16)),
+    }
+    with pytest.raises(RuntimeError, match="Width cannot be '0'"):
+        bpy.ops.rl_guided.method_sweep(setting="dqn.width", values="8, 0")
+    assert len(comparison.methods) == 4
+
+
+def test_the_example_of_every_setting_can_be_swept():
+    settings = Render(guide=DQN())
+    for name, _, _ in methods.sweepable(settings):
+        entry = dict(flags(Render))[name]
+        if entry.type is not float or entry.limits[0] != 0:
+            assert list(methods.sweep(settings, name, methods.example(settings, name))), name
+
+
+def test_a_choice_of_another_version_is_reported(scene: bpy.types.Scene):
+    comparison = scene.rl_guiding_comparison
+    methods.add(comparison, "old", Render(guide=DQN(encoder=method("slides_b_rbf").guide.encoder)))
+    group = comparison.methods[0].settings.guide_dqn
+    if bpy.app.version >= (5, 0):
+        group.bl_system_properties_get()["encoder"] = 12345
+    else:
+        group["encoder"] = 12345
+    with pytest.raises(InputError, match=r"method 'old': its Encoder was chosen in another version"):
+        methods.all_of(comparison)
+
+
+def counting(count: int, log: list[str]) -> running.Steps:
+    try:
+        for k in range(count):
+            yield running.Status(f"step {k}", k / count)
+    finally:
+        log.append("ended")
+    return {"sum": count}
+
+
+def test_work_is_done_step_by_step_one_at_a_time():
+    log: list[str] = []
+    running.start("First", counting(3, log), lambda outcome: f"sum {outcome['sum']}")
+    try:
+        with pytest.raises(InputError, match="First is still under way"):
+            running.start("Second", counting(3, log), str)
+        assert not bpy.ops.rl_guided.compare.poll()
+        while running._look() is not None:
+            assert not log or running.STATE.work is None
+        assert (running.STATE.last_words, running.STATE.failed, log) == ("sum 3", False, ["ended"])
+        running.start("Third", waiting(log), str)
+        running._look()
+        assert running.STATE.work.status == ("waiting", 0.5)
+        bpy.ops.rl_guided.cancel()
+        assert (running.STATE.work, log) == (None, ["ended", "ended"])
+        assert running.STATE.last_words.startswith("Cancelled")
+    finally:
+        running.cancel()
+
+
+def waiting(log: list[str]) -> running.Steps:
+    try:
+        while True:
+            yield running.Status("waiting", 0.5)
+    finally:
+        log.append("ended")
+
+
+def failing() -> running.Steps:
+    yield running.Status("step", 0.0)
+    raise InputError("no luck")
+
+
+def test_work_that_fails_ends_in_a_line():
+    running.start("Work", failing(), str)
+    while running._look() is not None:
+        pass
+    assert (running.STATE.last_words, running.STATE.failed, running.STATE.work) == ("no luck", True, None)
+
+
+def test_another_file_ends_what_is_under_way(scene: bpy.types.Scene):
+    log: list[str] = []
+    running.start("Work", waiting(log), str)
+    running._look()
+    assert not log
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    assert (running.STATE.work, log) == (None, ["ended"])
+
+
+@pytest.mark.parametrize(
+    ("right", "up", "pixel"), [(0.0, 1.0, (0, 0)), (0.999, 0.001, (15, 7)), (0.5, 0.5, (8, 4)), (0.4999, 0.5001, (7, 3))]
+)
+def test_a_place_in_the_image_is_a_pixel(right: float, up: float, pixel: tuple[int, int]):
+    assert picking.pixel_of(right, up, (16, 8)) == pixel
+
+
+def test_the_cursor_is_where_the_camera_sees_it(scene: bpy.types.Scene):
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 64, 32, 50
+    assert picking.pixel_at(scene, Vector((0.001, -0.001, -5))) == (16, 8)
+    with pytest.raises(InputError, match="behind the camera"):
+        picking.pixel_at(scene, Vector((0, 0, 5)))
+    with pytest.raises(InputError, match="outside of the image"):
+        picking.pixel_at(scene, Vector((50, 0, -5)))
+    scene.cursor.location = (0.001, -0.001, -5)
+    bpy.ops.rl_guided.pick_cursor()
+    assert scene.rl_guiding_comparison.probe[:] == (16, 8)
+
+
+def test_menus_are_saved_by_numbers_that_never_change():
+    assert [(item[0], item[3]) for item in BUDGETS] == [("SAMPLES", 0), ("SECONDS", 1)]
+    assert [(item[0], item[3]) for item in REFERENCES] == [("OWN", 0), ("CYCLES", 1), ("FILE", 2)]
+    assert tuple(item[0] for item in MEASURES) == MEASURED
+    assert workspace.NAME == "Compare"
+
+
+def test_commands_give_the_bits_of_the_panel(lit: bpy.types.Scene, run: Export, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    settings = Render(spp=3, guide=SMALL)
+    write(lit.rl_guiding, settings)
+    expected = render(_exported(run, lit), settings).image
+    bpy.ops.wm.save_mainfile()
+    blend = bpy.data.filepath
+    assert commands.main(["render", blend, "--out", str(tmp_path / "a")]) == 0
+    np.testing.assert_array_equal(read_exr(tmp_path / "a" / "image.exr")[0], expected)
+    assert commands.main(["export", blend, str(tmp_path / "cube.npz"), "--strict"]) == 0
+    compared = ["--methods", "uniform,bsdf", "--spp", "2", "--reference-spp", "1", "--max-bounces", "2"]
+    assert commands.main(["compare", blend, "--out", str(tmp_path / "b"), *compared]) == 0
+    assert (tmp_path / "b" / "report.html").exists()
+    assert commands.main(["compare", blend, "--out", str(tmp_path / "c")]) == 0
+    assert {path.parent.parent.name for path in (tmp_path / "c").rglob("result.json")} == {"uniform", "plain", "table"}
+    capsys.readouterr()
+    assert commands.main(["render", str(tmp_path / "none.blend"), "--out", str(tmp_path / "d")]) == 2
+    assert "none.blend" in capsys.readouterr().err
+    assert commands.main(["render", blend, "--out", str(tmp_path / "d"), "--sp", "3"]) == 2
+    assert not os.path.exists(tmp_path / "d")

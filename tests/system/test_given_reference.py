@@ -1,0 +1,78 @@
+"""A reference from a file judges what it is a reference for, and its errors are never mixed with those against another."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments import report
+from blender_rl_guiding.experiments.references import Given
+from blender_rl_guiding.experiments.runner import Experiment, run
+from blender_rl_guiding.images import read_exr, write_exr
+from blender_rl_guiding.metrics import mape
+from blender_rl_guiding.settings import BSDF, Machine, Render, Uniform
+from blender_rl_guiding.worker import Events
+from tests import scenes
+
+METHODS = {"uniform": Render(spp=2, guide=Uniform()), "bsdf": Render(spp=2, guide=BSDF())}
+
+
+@pytest.fixture
+def silent() -> Events:
+    class Nowhere:
+        def write(self, text: str) -> None: ...
+        def flush(self) -> None: ...
+
+    return Events(Nowhere())
+
+
+def given(folder: Path, brightness: float, size: int = 12) -> Given:
+    path = folder / f"{brightness}.exr"
+    write_exr(path, np.full((size, size, 3), brightness, np.float32), {})
+    return Given(path, f"grey {brightness}")
+
+
+def experiment(folder: Path, given: Given, count: int = 1) -> Experiment:
+    tiny = tuple(replace(scenes.tiny(12), name=f"tiny{k}") for k in range(count))
+    return Experiment(folder / "out", tiny, METHODS, (0,), 0, "test", given=given)
+
+
+def results(folder: Path) -> dict[str, dict]:
+    return {path.parent.parent.name: json.loads(path.read_text(encoding="utf-8")) for path in folder.rglob("result.json")}
+
+
+def test_another_reference_judges_anew_without_rendering(compiled: None, silent: Events, tmp_path: Path):
+    assert run([experiment(tmp_path, given(tmp_path, 0.5))], Machine(), 1, silent) == 0
+    before = results(tmp_path)
+    images = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("image.exr")}
+    assert all("mape_display" in entry for values in before.values() for entry in values["curve"])
+    assert run([experiment(tmp_path, given(tmp_path, 0.25))], Machine(), 1, silent) == 0
+    after = results(tmp_path)
+    assert {path: path.stat().st_mtime_ns for path in images} == images
+    for method, values in after.items():
+        image, _ = read_exr(tmp_path / "out" / "tiny0" / method / "seed-0" / "image.exr")
+        assert values["metrics"]["mape"] == mape(image, np.full((12, 12, 3), 0.25, np.float32))
+        assert values["judged_by"] != before[method]["judged_by"]
+        assert not any("mape_display" in entry or "relmse" in entry for entry in values["curve"])
+    assert "(grey 0.25)" in report.write(tmp_path / "out").read_text(encoding="utf-8")
+
+
+def test_the_same_reference_changes_nothing(compiled: None, silent: Events, tmp_path: Path):
+    for _ in range(2):
+        assert run([experiment(tmp_path, given(tmp_path, 0.5))], Machine(), 1, silent) == 0
+    assert all("mape_display" in entry for values in results(tmp_path).values() for entry in values["curve"])
+
+
+@pytest.mark.parametrize(("size", "count", "message"), [(13, 1, "13 x 13 pixels, but scene 'tiny0' renders 12 x 12"), (12, 2, "2 scenes")])
+def test_what_is_no_reference_is_refused(compiled: None, silent: Events, tmp_path: Path, size: int, count: int, message: str):
+    with pytest.raises(InputError, match=message):
+        run([experiment(tmp_path, given(tmp_path, 0.5, size), count)], Machine(), 1, silent)
+
+
+@pytest.mark.parametrize("name", ["a/b", "..", "", "what?", " a"])
+def test_a_name_that_no_folder_can_have_is_refused(name: str, silent: Events, tmp_path: Path):
+    with pytest.raises(InputError, match="cannot be the name of a folder"):
+        run([replace(experiment(tmp_path, given(tmp_path, 0.5)), methods={name: Render()})], Machine(), 1, silent)
