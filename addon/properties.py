@@ -3,6 +3,7 @@
 A union of settings classes becomes a menu, plus one group for each variant: `guide`, `guide_dqn`, `guide_bsdf`.
 """
 
+import zlib
 from typing import Any
 
 import bpy
@@ -36,11 +37,16 @@ def _property(entry: Entry, value: Any, animated: bool) -> Any:
     common = {"name": entry.label, "description": _sentence(entry.doc), "options": {"ANIMATABLE"} if animated else set()}
     if entry.variants:
         items = [(kind, variant.label, _sentence(variant.__doc__)) for kind, variant in entry.variants.items()]
-        return bpy.props.EnumProperty(items=items, default=value.kind, **common)
+        return bpy.props.EnumProperty(items=_numbered(items), default=value.kind, **common)
     if entry.choices:
         items = [(choice, label, "") for choice, label in entry.choices.items()]
-        return bpy.props.EnumProperty(items=items, default=value, **common)
+        return bpy.props.EnumProperty(items=_numbered(items), default=value, **common)
     return _NUMBERS[entry.type](default=value, **common, **_limits(entry), **_look(entry))
+
+
+def _numbered(items: list[tuple[str, str, str]]) -> list[tuple[str, str, str, str, int]]:
+    """Items with numbers made from their names: a file keeps the number alone, and counted ones would shift when an item is inserted."""
+    return [(*item, "NONE", zlib.crc32(item[0].encode()) & 0x7FFFFFFF) for item in items]
 
 
 def _sentence(text: str | None) -> str:
