@@ -10,7 +10,6 @@ _STANDARD = "BLENDER_RENDER"  # panels that are meant for every engine name it
 _LEFT_OUT = {
     # The renderer has nothing to show a preview by.
     "DATA_PT_preview",
-    "TEXTURE_PT_preview",
     # Others stand in: that of EEVEE, whose light is described as here, and those of cycles_panels.py.
     "DATA_PT_light",
     "NODE_DATA_PT_light",
@@ -28,7 +27,7 @@ _LEFT_OUT = {
     "RENDER_PT_stereoscopy",
     "MATERIAL_PT_freestyle_line",
 }
-_LEFT_OUT_PREFIXES = ("VIEWLAYER_PT_freestyle", "DATA_PT_lightprobe", "PARTICLE_PT_hair", "TEXTURE_PT_")
+_LEFT_OUT_PREFIXES = ("VIEWLAYER_PT_freestyle", "DATA_PT_lightprobe")
 _TAKEN = {
     "DATA_PT_EEVEE_light",
     "DATA_PT_camera_dof",

@@ -44,6 +44,11 @@ def _property(entry: Entry, value: Any, animated: bool) -> Any:
     return _NUMBERS[entry.type](default=value, **common, **_limits(entry), **_look(entry))
 
 
+def _numbered(items: list[tuple[str, str, str]]) -> list[tuple[str, str, str, str, int]]:
+    """Items with numbers made from their names: a file keeps the number alone, and counted ones would shift when an item is inserted."""
+    return [(*item, "NONE", zlib.crc32(item[0].encode()) & 0x7FFFFFFF) for item in items]
+
+
 def _sentence(text: str | None) -> str:
     """Blender adds the full stop of a tooltip by itself."""
     return (text or "").rstrip(".")

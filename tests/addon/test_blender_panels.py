@@ -36,7 +36,8 @@ def unregistered(scene: bpy.types.Scene) -> Iterator[None]:
 def test_the_panels_of_each_tab(scene: bpy.types.Scene):
     shown = {name for name, names in engines().items() if "RL_GUIDED" in names}
     assert shown.issuperset(name for names in EXPECTED.values() for name in names)
-    assert not [name for name in shown if "freestyle" in name.lower() or "preview" in name or name.startswith("CYCLES")]
+    assert not [name for name in shown if "freestyle" in name.lower() or name.startswith("CYCLES")]
+    assert not shown & blender_panels._LEFT_OUT
 
 
 def test_names_are_those_of_panels(scene: bpy.types.Scene):

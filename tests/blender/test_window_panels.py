@@ -28,8 +28,8 @@ def test_panels_in_a_window(tmp_path: Path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stdout + done.stderr
-    assert "Error" not in done.stderr, done.stderr
+    printed = (done.stdout + done.stderr).splitlines()
+    assert not [line for line in printed if "ERROR" in line or "Traceback" in line]  # 5.2 says the former of panels, 4.5 the latter
     assert json.loads((tmp_path / "result.json").read_text()) == {
         "unchanged": True,
         "losses": ["Left", "Morning fog"],

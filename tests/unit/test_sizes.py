@@ -1,5 +1,7 @@
 """The sizes that panels show are those of the network that is trained."""
 
+from typing import get_args
+
 import pytest
 from torch import nn
 
@@ -21,6 +23,10 @@ def dense(module: nn.Module) -> tuple[int, ...]:
     """What enters the first dense layer of a module, and what leaves each."""
     layers = [layer for layer in module.modules() if isinstance(layer, nn.Linear)]
     return (*(layer.in_features for layer in layers[:1]), *(layer.out_features for layer in layers))
+
+
+def test_all_encoders_are_here():
+    assert {type(encoder) for encoder in ENCODERS} == set(get_args(Encoder))
 
 
 @pytest.mark.parametrize("layers", [1, 4])
