@@ -216,7 +216,7 @@ class RLG_PT_compare_probe(_Panel, bpy.types.Panel):
         layout.operator("rl_guided.inspect", text="Show Q of the Method", icon="LIGHT_HEMI")
 
 
-_CLASSES = (RLG_UL_results, RLG_PT_compare, RLG_PT_compare_method, RLG_PT_compare_probe, RLG_PT_compare_results)
+_CLASSES = (RLG_UL_results, RLG_PT_compare, RLG_PT_compare_results, RLG_PT_compare_probe, RLG_PT_compare_method)
 
 
 def register() -> None:
