@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import bpy
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.description import Loss
 
 from .engine import Exporter
 
@@ -33,22 +35,47 @@ def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
     bpy.utils.register_class(Capture)
     try:
         with copied(scene) as copy:
-            copy.render.engine = Capture.bl_idname
-            render(copy, view_layer)
+            name, copy.render.engine = copy.name, Capture.bl_idname
+            try:
+                render(copy, view_layer)
+            except InputError as error:
+                raise InputError(str(error).replace(name, scene.name)) from error
     finally:
-        bpy.utils.unregister_class(Capture)  # at once: it is not for the user's menu
-    return outcome[0]
+        bpy.utils.unregister_class(Capture)  # at once: it is not for the user's menu, and Blender 4.5 would hang at exit
+    return _renamed(outcome[0], name, scene.name)
+
+
+def _renamed(data: SceneData, old: str, new: str) -> SceneData:
+    """The scene under its own name instead of its copy's."""
+    coverage = (Loss(*(text.replace(old, new) for text in (loss.object, loss.where, loss.detail))) for loss in data.coverage)
+    return replace(data, name=data.name.replace(old, new), coverage=tuple(coverage))
 
 
 @contextmanager
 def copied(scene: bpy.types.Scene) -> Iterator[bpy.types.Scene]:
-    """A copy of a scene with the same objects, without compositing and sequencer; gone after the block."""
+    """A copy of a scene with the same objects, without compositing and sequencer; gone after the block, in which no render is heard of."""
     copy = scene.copy()
+    copy.render.use_compositing = copy.render.use_sequencer = False
+    copy.render.use_freestyle = False  # of a copied scene it crashes Blender 5.2
     try:
-        copy.render.use_compositing = copy.render.use_sequencer = False
-        yield copy
+        with _unheard():
+            yield copy
     finally:
         bpy.data.scenes.remove(copy)
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """No render handler of anyone runs for a while: the user asked for no render."""
+    lists = [getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers) if name.startswith("render_")]
+    kept = [[*handlers] for handlers in lists]
+    for handlers in lists:
+        handlers.clear()
+    try:
+        yield
+    finally:
+        for handlers, before in zip(lists, kept, strict=True):
+            handlers[:] = before
 
 
 def render(scene: bpy.types.Scene, view_layer: str = "") -> None:

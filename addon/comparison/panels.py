@@ -156,10 +156,10 @@ def _draw_details(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> 
     """What the table has no room for."""
     flow = layout.grid_flow(columns=2, row_major=True, align=True)
     flow.active = False
-    flow.label(text=f"{item.spp} samples per pixel")
-    flow.label(text=f"{item.samples_per_second:.3g} samples/s")
-    flow.label(text=f"{item.learn_share:.0%} of the time learning")
-    flow.label(text=f"×{item.equal_time:.3g} at equal time")
+    flow.label(text=f"{item.spp} samples")
+    flow.label(text=f"{item.samples_per_second:.3g} a second")
+    flow.label(text=f"{item.learn_share:.0%} learning")
+    flow.label(text=f"×{item.equal_time:.3g} equal time")
 
 
 def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:
@@ -216,7 +216,7 @@ class RLG_PT_compare_probe(_Panel, bpy.types.Panel):
         layout.operator("rl_guided.inspect", text="Show Q of the Method", icon="LIGHT_HEMI")
 
 
-_CLASSES = (RLG_UL_results, RLG_PT_compare, RLG_PT_compare_method, RLG_PT_compare_probe, RLG_PT_compare_results)
+_CLASSES = (RLG_UL_results, RLG_PT_compare, RLG_PT_compare_results, RLG_PT_compare_probe, RLG_PT_compare_method)
 
 
 def register() -> None:

@@ -7,10 +7,12 @@ import bpy
 
 from ..properties import RENDER_GROUP
 
+_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"}  # a path may begin with //, the folder of the .blend
+
 # Numbers of menu items are what files keep: never give one to another item.
 BUDGETS = [
-    ("SAMPLES", "Equal Samples", "Every method takes the same number of samples per pixel", 0),
-    ("SECONDS", "Equal Time", "Every method renders for the same time, learning included. Images then depend on the machine", 1),
+    ("SAMPLES", "Samples", "Every method takes the same number of samples per pixel", 0),
+    ("SECONDS", "Time", "Every method renders for the same time, learning included. Images then depend on the machine", 1),
 ]
 REFERENCES = [
     ("OWN", "Long Render", "Rendered once by this renderer without a learnt guide, and kept for the next time", 0),
@@ -88,9 +90,15 @@ class RLG_comparison(bpy.types.PropertyGroup):
     reference_spp: bpy.props.IntProperty(
         name="Samples", description="Samples per pixel of the reference, at least", default=1024, min=1, max=10_000_000
     )
-    reference_file: bpy.props.StringProperty(name="File", description="An EXR image, linear, of the scene's size", subtype="FILE_PATH")
+    reference_file: bpy.props.StringProperty(
+        name="File", description="An EXR image, linear, of the scene's size", subtype="FILE_PATH", options=_RELATIVE
+    )
     folder: bpy.props.StringProperty(
-        name="Folder", description="Where runs and report go, in a folder of the scene's name", subtype="DIR_PATH", default="//rl_guided/"
+        name="Folder",
+        description="Where runs and report go, in a folder of the scene's name",
+        subtype="DIR_PATH",
+        default="//rl_guided/",
+        options=_RELATIVE,
     )
     use_probe: bpy.props.BoolProperty(
         name="Probe", description="Show what methods have learnt of the light that arrives at the point that a pixel sees", default=True

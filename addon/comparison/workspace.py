@@ -1,9 +1,7 @@
 """The workspace "Compare": image editors side by side, the reference first, in place of the largest editor of the present one."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import Any
 
 import bpy
 
@@ -29,19 +27,24 @@ def show(window: bpy.types.Window, images: Sequence[bpy.types.Image]) -> None:
 
 
 def _fill(window: bpy.types.Window, names: Sequence[str]) -> float | None:
-    """Once the workspace is there, show images in it."""
+    """Bring the workspace, once it is there, one step nearer to an editor for each image, or show the images.
+
+    Steps, because new areas have no size before Blender has drawn them. Gives the seconds until the next.
+    """
     if window.workspace.name != NAME:
         return _LOOK
     images = [bpy.data.images[name] for name in names if name in bpy.data.images]
-    areas = _editors(window.screen)
-    if len(areas) != len(images):
-        areas = _split(window, _cleared(window, areas), len(images))
-    for area, image in zip(areas, images, strict=True):
-        space: Any = area.spaces.active
-        space.image, space.show_region_header, space.show_region_toolbar, space.show_region_ui = image, True, False, False
-        space.overlay.show_overlays = True
-        with bpy.context.temp_override(window=window, area=area, region=next(r for r in area.regions if r.type == "WINDOW")):
-            bpy.ops.image.view_all(fit_view=True)
+    editors = _editors(window.screen)
+    if not editors:
+        _largest(window.screen.areas).type = "IMAGE_EDITOR"
+        return _LOOK
+    if len(editors) > len(images):
+        with bpy.context.temp_override(window=window, area=editors[-1]):
+            return _LOOK if "FINISHED" in bpy.ops.screen.area_close() else None
+    if len(editors) < len(images) and _halve(window, _largest(editors)):
+        return _LOOK
+    for area, image in zip(editors, images, strict=False):
+        _show_in(window, area, image)
     return None
 
 
@@ -50,37 +53,19 @@ def _editors(screen: bpy.types.Screen) -> list[bpy.types.Area]:
     return sorted((area for area in screen.areas if area.type == "IMAGE_EDITOR"), key=lambda area: (-area.y, area.x))
 
 
-def _cleared(window: bpy.types.Window, editors: Sequence[bpy.types.Area]) -> bpy.types.Area:
-    """One image editor in place of several, or of the largest area if there is none."""
-    if not editors:
-        largest = max(window.screen.areas, key=lambda area: area.width * area.height)
-        largest.type = "IMAGE_EDITOR"
-        return largest
-    for area in editors[1:]:
-        with bpy.context.temp_override(window=window, area=area):
-            bpy.ops.screen.area_close()
-    return _editors(window.screen)[0]
+def _largest(areas: Iterable[bpy.types.Area]) -> bpy.types.Area:
+    return max(areas, key=lambda area: area.width * area.height)
 
 
-def _split(window: bpy.types.Window, area: bpy.types.Area, count: int) -> list[bpy.types.Area]:
-    """A grid of `count` areas, in rows that are about as wide as they are long, in the order of reading."""
-    rows = max(1, round(math.sqrt(count * area.height / area.width)))
-    rest, strips = count, _cut(window, area, "HORIZONTAL", rows)
-    for k, strip in enumerate(sorted(strips, key=lambda strip: -strip.y)):
-        here = math.ceil(rest / (rows - k))
-        _cut(window, strip, "VERTICAL", here)
-        rest -= here
-    return _editors(window.screen)
+def _halve(window: bpy.types.Window, area: bpy.types.Area) -> bool:
+    """Cut an area across its longer side; False where it is too small."""
+    direction = "VERTICAL" if area.width >= area.height else "HORIZONTAL"
+    with bpy.context.temp_override(window=window, area=area):
+        return "FINISHED" in bpy.ops.screen.area_split(direction=direction, factor=0.5)
 
 
-def _cut(window: bpy.types.Window, area: bpy.types.Area, direction: str, parts: int) -> list[bpy.types.Area]:
-    """An area cut into equal parts."""
-    found = [area]
-    for left in range(parts, 1, -1):
-        before = {a.as_pointer() for a in window.screen.areas}
-        with bpy.context.temp_override(window=window, area=found[-1]):
-            bpy.ops.screen.area_split(direction=direction, factor=1 / left)
-        new = next(a for a in window.screen.areas if a.as_pointer() not in before)
-        old = found.pop()
-        found += sorted((old, new), key=lambda a: a.width if direction == "VERTICAL" else a.height)  # the larger is cut on
-    return found
+def _show_in(window: bpy.types.Window, area: bpy.types.Area, image: bpy.types.Image) -> None:
+    """Show all of an image in an editor."""
+    area.spaces.active.image = image
+    with bpy.context.temp_override(window=window, area=area, region=next(r for r in area.regions if r.type == "WINDOW")):
+        bpy.ops.image.view_all(fit_view=True)

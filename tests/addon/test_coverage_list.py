@@ -96,7 +96,7 @@ def test_check_scene_is_no_render_to_others(foggy: bpy.types.Scene):
 def test_the_checker_cannot_be_chosen(foggy: bpy.types.Scene):
     check(foggy)
     with pytest.raises(TypeError):
-        foggy.render.engine = "RL_GUIDED_CHECK"
+        foggy.render.engine = "RL_GUIDED_CAPTURE"
 
 
 def test_another_file_forgets(foggy: bpy.types.Scene):
