@@ -9,10 +9,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from mathutils import Vector
 
 from addon import commands, environment, worker_client
-from addon.comparison import methods, operators, picking, running, slots, workspace
+from addon.comparison import methods, operators, slots, workspace
 from addon.comparison.properties import BUDGETS, MEASURES, REFERENCES
 from addon.properties import write
 from blender_rl_guiding.errors import InputError
@@ -207,83 +206,6 @@ def test_a_choice_of_another_version_is_reported(scene: bpy.types.Scene):
         group["encoder"] = 12345
     with pytest.raises(InputError, match=r"method 'old': its Encoder was chosen in another version"):
         methods.all_of(comparison)
-
-
-def counting(count: int, log: list[str]) -> running.Steps:
-    try:
-        for k in range(count):
-            yield running.Status(f"step {k}", k / count)
-    finally:
-        log.append("ended")
-    return {"sum": count}
-
-
-def test_work_is_done_step_by_step_one_at_a_time():
-    log: list[str] = []
-    running.start("First", counting(3, log), lambda outcome: f"sum {outcome['sum']}")
-    try:
-        with pytest.raises(InputError, match="First is still under way"):
-            running.start("Second", counting(3, log), str)
-        assert not bpy.ops.rl_guided.compare.poll()
-        while running._look() is not None:
-            assert not log or running.STATE.work is None
-        assert (running.STATE.last_words, running.STATE.failed, log) == ("sum 3", False, ["ended"])
-        running.start("Third", waiting(log), str)
-        running._look()
-        assert running.STATE.work.status == ("waiting", 0.5)
-        bpy.ops.rl_guided.cancel()
-        assert (running.STATE.work, log) == (None, ["ended", "ended"])
-        assert running.STATE.last_words.startswith("Cancelled")
-    finally:
-        running.cancel()
-
-
-def waiting(log: list[str]) -> running.Steps:
-    try:
-        while True:
-            yield running.Status("waiting", 0.5)
-    finally:
-        log.append("ended")
-
-
-def failing() -> running.Steps:
-    yield running.Status("step", 0.0)
-    raise InputError("no luck")
-
-
-def test_work_that_fails_ends_in_a_line():
-    running.start("Work", failing(), str)
-    while running._look() is not None:
-        pass
-    assert (running.STATE.last_words, running.STATE.failed, running.STATE.work) == ("no luck", True, None)
-
-
-def test_another_file_ends_what_is_under_way(scene: bpy.types.Scene):
-    log: list[str] = []
-    running.start("Work", waiting(log), str)
-    running._look()
-    assert not log
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    assert (running.STATE.work, log) == (None, ["ended"])
-
-
-@pytest.mark.parametrize(
-    ("right", "up", "pixel"), [(0.0, 1.0, (0, 0)), (0.999, 0.001, (15, 7)), (0.5, 0.5, (8, 4)), (0.4999, 0.5001, (7, 3))]
-)
-def test_a_place_in_the_image_is_a_pixel(right: float, up: float, pixel: tuple[int, int]):
-    assert picking.pixel_of(right, up, (16, 8)) == pixel
-
-
-def test_the_cursor_is_where_the_camera_sees_it(scene: bpy.types.Scene):
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 64, 32, 50
-    assert picking.pixel_at(scene, Vector((0.001, -0.001, -5))) == (16, 8)
-    with pytest.raises(InputError, match="behind the camera"):
-        picking.pixel_at(scene, Vector((0, 0, 5)))
-    with pytest.raises(InputError, match="outside of the image"):
-        picking.pixel_at(scene, Vector((50, 0, -5)))
-    scene.cursor.location = (0.001, -0.001, -5)
-    bpy.ops.rl_guided.pick_cursor()
-    assert scene.rl_guiding_comparison.probe[:] == (16, 8)
 
 
 def test_menus_are_saved_by_numbers_that_never_change():
