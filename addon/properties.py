@@ -69,11 +69,6 @@ def _look(entry: Entry) -> dict[str, Any]:
     return {"precision": _DIGITS, **step, **_UNITS[entry.unit]}
 
 
-def _numbered(items: list[tuple[str, str, str]]) -> list[tuple[str, str, str, str, int]]:
-    """Items with numbers made from their names: a file keeps the number alone, and counted ones would shift when an item is inserted."""
-    return [(*item, "NONE", zlib.crc32(item[0].encode()) & 0x7FFFFFFF) for item in items]
-
-
 def read(group: bpy.types.PropertyGroup, config: type[Settings]) -> Any:
     """The settings object that the values shown in Blender stand for. For a frame, ask the evaluated scene: some are animated."""
     values = {}

@@ -50,7 +50,8 @@ def clicked(context: bpy.types.Context, x: int, y: int) -> tuple[int, int]:
             here = x - region.x, y - region.y
             if region.type == "WINDOW" and 0 <= here[0] < region.width and 0 <= here[1] < region.height:
                 if area.type == "IMAGE_EDITOR":
-                    return pixel_of(*region.view2d.region_to_view(*here), size_of(context.scene))
+                    right, up = region.view2d.region_to_view(*here)
+                    return pixel_of(right, up, size_of(context.scene))
                 if area.type == "VIEW_3D":
                     return pixel_at(context.scene, _surface(context, region, area.spaces.active.region_3d, here))
     raise InputError("click into an image editor or the 3D viewport")

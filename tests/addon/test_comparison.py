@@ -90,6 +90,7 @@ def _slots_hold(scene: bpy.types.Scene, folder: Path) -> None:
     assert bpy.ops.rl_guided.to_slots() == {"FINISHED"}
     assert {name: getattr(scene.render, name) for name in before} == before
     result, comparison = slots.result(), scene.rl_guiding_comparison
+    assert result
     scene.render.image_settings.file_format = "OPEN_EXR"
     scene.render.image_settings.color_depth = "32"
     for name, image in {"reference": comparison.reference_image, **{item.name: item.image for item in comparison.results}}.items():

@@ -31,6 +31,7 @@ def test_work_is_done_step_by_step_one_at_a_time():
         assert (running.STATE.last_words, running.STATE.failed, log) == ("sum 3", False, ["ended"])
         running.start("Third", waiting(log), str)
         running._look()
+        assert running.STATE.work
         assert running.STATE.work.status == ("waiting", 0.5)
         bpy.ops.rl_guided.cancel()
         assert (running.STATE.work, log) == (None, ["ended", "ended"])
