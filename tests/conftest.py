@@ -16,7 +16,7 @@ def compiled() -> None:
     warm_up(DQN(), Machine())
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def own_references(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """References of scenes that exist for one test only do not belong into the user's cache; compiled kernels do."""
     cache = tmp_path_factory.mktemp("cache")

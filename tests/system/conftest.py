@@ -40,7 +40,7 @@ def bundle(tmp_path: Path) -> Path:
     return tmp_path / "tiny.npz"
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def _own_references(own_references: None) -> None:
     """For all tests here."""
 
