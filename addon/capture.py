@@ -11,6 +11,7 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Loss
 
 from .engine import Exporter
+from .export.coverage import of_scene
 
 
 def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
@@ -42,13 +43,15 @@ def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
                 raise InputError(str(error).replace(name, scene.name)) from error
     finally:
         bpy.utils.unregister_class(Capture)  # at once: it is not for the user's menu, and Blender 4.5 would hang at exit
-    return _renamed(outcome[0], name, scene.name)
+    return _of_original(outcome[0], name, scene, view_layer)
 
 
-def _renamed(data: SceneData, old: str, new: str) -> SceneData:
-    """The scene under its own name instead of its copy's."""
-    coverage = (Loss(*(text.replace(old, new) for text in (loss.object, loss.where, loss.detail))) for loss in data.coverage)
-    return replace(data, name=data.name.replace(old, new), coverage=tuple(coverage))
+def _of_original(data: SceneData, copy: str, scene: bpy.types.Scene, view_layer: str) -> SceneData:
+    """The scene under its own name instead of its copy's, with what is lost of settings that the copy does not have."""
+    layers = [scene.view_layers[view_layer]] if view_layer else [*(layer for layer in scene.view_layers if layer.use), *scene.view_layers]
+    own = tuple(of_scene(scene, layers[0]))
+    losses = (Loss(*(text.replace(copy, scene.name) for text in (loss.object, loss.where, loss.detail))) for loss in data.coverage)
+    return replace(data, name=data.name.replace(copy, scene.name), coverage=(*own, *(loss for loss in losses if loss not in own)))
 
 
 @contextmanager
