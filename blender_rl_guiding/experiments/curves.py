@@ -36,7 +36,7 @@ def error_plots(results: Results, scene: str) -> list[Plot]:
 def loss_plots(results: Results, scene: str) -> list[Plot]:
     """Losses over training steps, a plot for each kind of loss; empty where nothing learnt."""
     return [
-        Plot(f"loss-{unit.replace(' ', '-')}", "training steps", unit, False, False, _lines(found, losses))
+        Plot("-".join(["loss", *unit.removeprefix("loss of ").split()]), "training steps", unit, False, False, _lines(found, losses))
         for unit, found in by_loss(results, scene).items()
     ]
 
