@@ -174,9 +174,3 @@ def test_a_dark_scene_is_a_fault(run: Export, scene: bpy.types.Scene, plane: bpy
         run()
     bpy.ops.object.light_add(type="SUN")
     assert [lamp.name for lamp in run().lamps] == ["Sun"]
-
-
-def test_f12_says_how_to_render(scene: bpy.types.Scene, plane: bpy.types.Object):
-    scene.render.engine = "RL_GUIDED"
-    with pytest.raises(RuntimeError, match="not inside Blender yet: save it and run `rlg render"):
-        bpy.ops.render.render()
