@@ -33,9 +33,8 @@ def repair_all(*_: Any) -> None:
     """Repair every scene of the open file, and say on the console what was not as this version has it."""
     for scene in bpy.data.scenes:
         if scene.library is None:
-            for group in (scene.rl_guiding, *(method.settings for method in scene.rl_guiding_comparison.methods)):
-                for change in repair(group, Render):
-                    print(f"RL Guided: scene '{scene.name}' was saved by another version: {change}")
+            for change in repair(scene.rl_guiding, Render):
+                print(f"RL Guided: scene '{scene.name}' was saved by another version: {change}")
 
 
 _HANDLERS = ("load_post", "blend_import_post")  # opened, and appended

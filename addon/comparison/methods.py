@@ -33,10 +33,13 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def settings_of(item: bpy.types.PropertyGroup) -> Render:
-    """The settings of a method in the list. InputError where they come from another version that had other choices."""
+    """The settings of a method in the list. InputError where they come from another version that had other choices or limits."""
     if menu := next(_unknown(item.settings, Render), None):
         raise InputError(f"method '{item.name}': its {menu.label} was chosen in another version of the add-on; choose it again")
-    return read(item.settings, Render)
+    try:
+        return read(item.settings, Render)
+    except SettingsError as error:
+        raise InputError(f"method '{item.name}': {error}") from error
 
 
 def _unknown(group: bpy.types.PropertyGroup, config: type[Settings]) -> Iterator[Entry]:

@@ -209,6 +209,18 @@ def test_a_choice_of_another_version_is_reported(scene: bpy.types.Scene):
         methods.all_of(comparison)
 
 
+def test_a_number_beyond_the_limits_of_this_version_is_reported(scene: bpy.types.Scene):
+    comparison = scene.rl_guiding_comparison
+    methods.add(comparison, "old", Render(guide=DQN()))
+    group = comparison.methods[0].settings.guide_dqn
+    if bpy.app.version >= (5, 0):
+        group.bl_system_properties_get()["batch"] = -3
+    else:
+        group["batch"] = -3
+    with pytest.raises(InputError, match=r"method 'old': .*batch=-3 is out of range"):
+        methods.all_of(comparison)
+
+
 def test_menus_are_saved_by_numbers_that_never_change():
     assert [(item[0], item[3]) for item in BUDGETS] == [("SAMPLES", 0), ("SECONDS", 1)]
     assert [(item[0], item[3]) for item in REFERENCES] == [("OWN", 0), ("CYCLES", 1), ("FILE", 2)]
