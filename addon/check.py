@@ -7,12 +7,13 @@ from blender_rl_guiding.scene.description import Loss
 
 from .capture import captured
 from .coverage import show
+from .export.coverage import in_blender
 
 
 def check(scene: bpy.types.Scene) -> tuple[tuple[Loss, ...], str]:
     """What of a scene cannot be rendered as it is, and what makes it impossible to render, empty if nothing does."""
     try:
-        return captured(scene).coverage, ""
+        return in_blender(captured(scene).coverage), ""
     except InputError as error:
         return (), str(error)
 

@@ -14,6 +14,7 @@ from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
 
 from . import coverage, environment, worker_client
+from .export.coverage import in_blender
 from .export.scene import export
 from .properties import read
 
@@ -125,7 +126,7 @@ def _told(depsgraph: bpy.types.Depsgraph) -> SceneData:
     except InputError as error:
         coverage.tell(depsgraph.scene.name, (), str(error))
         raise
-    coverage.tell(depsgraph.scene.name, scene.coverage)
+    coverage.tell(depsgraph.scene.name, in_blender(scene.coverage))
     return scene
 
 

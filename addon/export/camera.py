@@ -9,6 +9,8 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Camera, Loss
 
+from .coverage import CROPPED
+
 _KINDS = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panorama"}
 _NEAREST_FOCUS = 1e-6  # metres; a lens that is sharp at itself has no directions
 
@@ -116,4 +118,4 @@ def _losses(data: bpy.types.Camera, kind: str, render: bpy.types.RenderSettings)
         name = _panorama(data).panorama_type if data.type == "PANO" else data.type
         yield f"type {name}: a perspective camera of {data.lens:g} mm stands in"
     if render.use_border and not render.use_crop_to_border:
-        yield "render region: the image is cropped to it, instead of black around it"
+        yield CROPPED

@@ -18,6 +18,10 @@ _VISIBLE = {
     "GREASEPENCIL": "grease pencil",
 }
 
+# A bundle is of one image, and nothing around it; a render inside of Blender has all layers and the whole frame.
+ONE_LAYER = "left out: only the first is exported"
+CROPPED = "render region: the image is cropped to it, instead of black around it"
+
 _GRAZING = 0.1  # the geometry offset of the shadow terminator that the renderer has built in: Cycles' default
 
 
@@ -26,6 +30,11 @@ def summary(losses: Sequence[Loss]) -> str:
     first = losses[0]
     where = f", {first.where}" if first.where else ""
     return f"{len(losses)} thing(s) cannot be exported, the first: '{first.object}'{where}: {first.detail}"
+
+
+def in_blender(losses: Iterable[Loss]) -> tuple[Loss, ...]:
+    """What is lost in a render inside of Blender, of what is lost in a bundle."""
+    return tuple(loss for loss in losses if loss.detail not in (ONE_LAYER, CROPPED))
 
 
 def of_instance(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:
@@ -73,7 +82,7 @@ def of_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterato
     settings = (*_render_settings(scene), *_cycles_settings(scene))
     yield from (Loss(scene.name, "render settings", detail) for detail, lost in settings if lost)
     layers = [layer.name for layer in scene.view_layers if layer.use]
-    yield from (Loss(scene.name, f"view layer '{name}'", "left out: only the first is exported") for name in layers[1:])
+    yield from (Loss(scene.name, f"view layer '{name}'", ONE_LAYER) for name in layers[1:])
     for kind in ("material", "world"):
         if getattr(view_layer, f"{kind}_override", None):
             yield Loss(scene.name, f"view layer '{view_layer.name}'", f"{kind} override: not applied")

@@ -1,5 +1,6 @@
 """F12: the renderer's bits in Blender's passes, one line for what goes wrong, nothing left behind."""
 
+import resource
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,7 @@ from addon.properties import write
 from blender_rl_guiding.render import render
 from blender_rl_guiding.render.denoise import denoised
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.description import Loss
 from blender_rl_guiding.settings import QTable, Render
 
 from .conftest import Export
@@ -134,6 +136,45 @@ def test_a_renderer_that_dies_is_a_line(text: str, message: str, lit: bpy.types.
     lit.render.engine = "RL_GUIDED"
     with pytest.raises(RuntimeError, match=message):
         bpy.ops.render.render()
+
+
+def test_a_render_lists_what_it_could_not_take_over_and_nothing_that_it_could(lit: bpy.types.Scene, tmp_path: Path):
+    write(lit.rl_guiding, SETTINGS)
+    lit.collection.objects.link(bpy.data.objects.new("Fog", bpy.data.volumes.new("Fog")))
+    lit.view_layers.new("Second")
+    lit.render.use_border, lit.render.use_crop_to_border, lit.render.border_max_x = True, False, 0.5
+    f12(lit, tmp_path)
+    coverage = bpy.context.window_manager.rl_guiding_coverage
+    assert (coverage.scene, coverage.fault) == (lit.name, "")
+    assert [line.loss for line in coverage.losses] == [Loss("Fog", "", "volume is left out")]
+
+
+def test_a_scene_that_cannot_be_rendered_says_so_in_the_list(lit: bpy.types.Scene, tmp_path: Path):
+    bpy.data.objects.remove(bpy.context.object)
+    with pytest.raises(RuntimeError, match="the scene is empty: no triangles"):
+        f12(lit, tmp_path)
+    assert "no triangles" in bpy.context.window_manager.rl_guiding_coverage.fault
+
+
+def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path / "unplugged"))
+    with pytest.raises(RuntimeError, match=r"No such file or directory.*unplugged"):
+        f12(lit, tmp_path)
+
+
+@pytest.mark.parametrize("room", [100, 3000])  # bytes in a file: less than the scene takes, and less than an image takes
+def test_no_space_left_is_a_line_and_leaves_nothing(room: int, lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path))
+    write(lit.rl_guiding, SETTINGS)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
+    try:
+        with pytest.raises(RuntimeError, match="File too large") as caught:
+            f12(lit, tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert len(str(caught.value).strip().splitlines()) == 1
+    assert not list(tmp_path.iterdir())
 
 
 def test_nothing_is_left_in_the_temporary_folder(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
