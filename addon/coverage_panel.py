@@ -77,14 +77,4 @@ def summary(coverage: bpy.types.PropertyGroup) -> str:
 
 _CLASSES = (RLG_UL_losses, RLG_PT_coverage)
 
-
-def register() -> None:
-    """The panel."""
-    for one in _CLASSES:
-        bpy.utils.register_class(one)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for one in reversed(_CLASSES):
-        bpy.utils.unregister_class(one)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

@@ -174,14 +174,5 @@ def _make_panels() -> list[type]:
 
 _PANELS = _make_panels()
 
-
-def register() -> None:
-    """The panels; after those of `panels.py`, below which some of them hang."""
-    for panel in _PANELS:
-        bpy.utils.register_class(panel)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for panel in reversed(_PANELS):
-        bpy.utils.unregister_class(panel)
+# After those of `panels.py`, below which some of them hang.
+register, unregister = bpy.utils.register_classes_factory(_PANELS)

@@ -18,7 +18,7 @@ from .engine import RLGuided
 from .network_picture import draw_network
 from .text import draw_text
 
-_CLOSED = {"Learning", "Replay Memory", "Passes and Denoising"}  # until the user opens them
+CLOSED = {"Learning", "Replay Memory", "Passes and Denoising"}  # until the user opens them
 
 
 def _draw_guide(layout: bpy.types.UILayout, settings: Render, context: bpy.types.Context) -> None:
@@ -122,7 +122,7 @@ class WithPresets(SectionPanel):
 
 def _panel(section: Section, base: type) -> type:
     idname = f"RLG_PT_{section.name}"
-    says = {"bl_label": section.title, "bl_options": {"DEFAULT_CLOSED"} if section.title in _CLOSED else set()}
+    says = {"bl_label": section.title, "bl_options": {"DEFAULT_CLOSED"} if section.title in CLOSED else set()}
     below = {"bl_parent_id": f"RLG_PT_{section.parent}"} if section.parent else {}
     about = f"{section.title}: settings of {section.config.label}."
     return type(idname, (base, bpy.types.Panel), {"bl_idname": idname, "section": section, "__doc__": about, **says, **below})
@@ -136,14 +136,4 @@ def make_panels() -> list[type]:
 
 _PANELS = make_panels()
 
-
-def register() -> None:
-    """The panels."""
-    for panel in _PANELS:
-        bpy.utils.register_class(panel)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for panel in reversed(_PANELS):
-        bpy.utils.unregister_class(panel)
+register, unregister = bpy.utils.register_classes_factory(_PANELS)

@@ -15,6 +15,7 @@ from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.schema import entries, from_dict, to_dict
 from blender_rl_guiding.settings import PRESETS, Render
 
+from .acting import Acting
 from .properties import read, write
 
 _FOLDER = "presets/rl_guided"  # below the user's scripts, as for all presets of Blender
@@ -85,28 +86,12 @@ def remove(name: str) -> None:
         raise InputError(f"cannot remove {path}: {error.strerror or error}") from error
 
 
-class _Operator(bpy.types.Operator):
-    """Runs `act` and shows its InputError; itself never registered."""
-
-    bl_options = {"UNDO", "INTERNAL"}
-
-    def act(self, context: bpy.types.Context) -> None:
-        raise NotImplementedError
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        try:
-            self.act(context)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
-
-
-class RLG_OT_preset_apply(_Operator):
+class RLG_OT_preset_apply(Acting):
     """See `apply`."""
 
     bl_idname = "rl_guided.preset_apply"
     bl_label = "Apply Preset"
+    bl_options = {"UNDO", "INTERNAL"}
 
     name: bpy.props.StringProperty(options={"SKIP_SAVE"})
 
@@ -120,12 +105,13 @@ class RLG_OT_preset_apply(_Operator):
         apply(context.scene, self.name)
 
 
-class RLG_OT_preset_load(_Operator):
+class RLG_OT_preset_load(Acting):
     """See `load`."""
 
     bl_idname = "rl_guided.preset_load"
     bl_label = "Load Preset"
     bl_description = "Take over all settings of this preset"
+    bl_options = {"UNDO", "INTERNAL"}
 
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
 
@@ -133,7 +119,7 @@ class RLG_OT_preset_load(_Operator):
         load(context.scene, Path(self.filepath))
 
 
-class RLG_OT_preset_add(_Operator):
+class RLG_OT_preset_add(Acting):
     """See `add`."""
 
     bl_idname = "rl_guided.preset_add"
@@ -147,7 +133,7 @@ class RLG_OT_preset_add(_Operator):
         add(context.scene, self.name)
 
 
-class RLG_OT_preset_remove(_Operator):
+class RLG_OT_preset_remove(Acting):
     """See `remove`."""
 
     bl_idname = "rl_guided.preset_remove"
@@ -191,14 +177,4 @@ class RLG_PT_presets(PresetPanel, bpy.types.Panel):
 
 _CLASSES = (RLG_OT_preset_apply, RLG_OT_preset_load, RLG_OT_preset_add, RLG_OT_preset_remove, RLG_PT_presets)
 
-
-def register() -> None:
-    """The operators, and the menu."""
-    for one in _CLASSES:
-        bpy.utils.register_class(one)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for one in reversed(_CLASSES):
-        bpy.utils.unregister_class(one)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

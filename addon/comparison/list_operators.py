@@ -9,6 +9,7 @@ import bpy
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.settings import Render, method
 
+from ..acting import Acting
 from ..properties import read, write
 from . import methods
 
@@ -22,7 +23,7 @@ def _settings(context: bpy.types.Context) -> Render:
     return methods.settings_of(comparison.methods[comparison.active_method])
 
 
-class _Edit(bpy.types.Operator):
+class _Edit(Acting):
     """Changes the list; itself never registered."""
 
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}
@@ -33,17 +34,12 @@ class _Edit(bpy.types.Operator):
         comparison = context.scene.rl_guiding_comparison
         return not cls.needs_method or comparison.active_method in range(len(comparison.methods))
 
-    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    def act(self, context: bpy.types.Context) -> None:
+        self.edit(context.scene.rl_guiding_comparison, context)
+
+    def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
         """Do it. InputError where that is not possible."""
         raise NotImplementedError
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        try:
-            self.act(context.scene.rl_guiding_comparison, context)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
 
 
 class RLG_OT_method_add(_Edit):
@@ -59,7 +55,7 @@ class RLG_OT_method_add(_Edit):
     def description(cls, context: bpy.types.Context, properties: Any) -> str:
         return f"Add {properties.name} to the list" if properties.name else "Add the settings of Render properties as they are now"
 
-    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
         if self.name and self.name not in methods.built_in():
             raise InputError(f"no guide or preset is called '{self.name}'")
         settings = method(self.name) if self.name else read(context.scene.rl_guiding, Render)
@@ -72,7 +68,7 @@ class RLG_OT_method_remove(_Edit):
     bl_idname = "rl_guided.method_remove"
     bl_label = "Remove Method"
 
-    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
         comparison.methods.remove(comparison.active_method)
         comparison.active_method = max(0, min(comparison.active_method, len(comparison.methods) - 1))
 
@@ -85,7 +81,7 @@ class RLG_OT_method_move(_Edit):
 
     step: bpy.props.IntProperty(default=1)
 
-    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
         target = comparison.active_method + self.step
         if target in range(len(comparison.methods)):
             comparison.methods.move(comparison.active_method, target)
@@ -98,7 +94,7 @@ class RLG_OT_method_duplicate(_Edit):
     bl_idname = "rl_guided.method_duplicate"
     bl_label = "Duplicate"
 
-    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
         methods.add(comparison, comparison.methods[comparison.active_method].name, _settings(context))
 
 
@@ -108,7 +104,7 @@ class RLG_OT_method_apply(_Edit):
     bl_idname = "rl_guided.method_apply"
     bl_label = "Use for Rendering"
 
-    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
         write(context.scene.rl_guiding, _settings(context))
 
 
@@ -134,7 +130,7 @@ class RLG_OT_method_sweep(_Edit):
         _show_example(self, context)
         return context.window_manager.invoke_props_dialog(self, title="Sweep a Setting", confirm_text="Add Methods")
 
-    def act(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
         name = comparison.methods[comparison.active_method].name
         made = list(methods.sweep(_settings(context), self.setting, self.values))
         for suffix, settings in made:
@@ -193,14 +189,4 @@ _CLASSES = (
     RLG_UL_methods,
 )
 
-
-def register() -> None:
-    """Operators, menus and the list."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

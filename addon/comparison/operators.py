@@ -175,14 +175,4 @@ class RLG_OT_cancel(bpy.types.Operator):
 
 _CLASSES = (RLG_OT_compare, RLG_OT_inspect, RLG_OT_cancel)
 
-
-def register() -> None:
-    """The operators."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

@@ -4,15 +4,16 @@ from typing import Any
 
 import bpy
 
-from blender_rl_guiding.schema import Settings, entries
 from blender_rl_guiding.settings import Render
 
+from .. import panels
 from ..engine import RLGuided
+from ..text import draw_text
 from . import running
 from .properties import REFERENCES
 from .show_operators import KINDS
 
-_LINE = 42  # letters of the last words that fit beside each other
+_THE_COMPARISONS = {"spp", "seconds", "passes", "denoise"}  # settings that are not the method's
 
 
 class _Panel:
@@ -39,9 +40,9 @@ class RLG_PT_compare(_Panel, bpy.types.Panel):
         layout.row().prop(comparison, "budget", expand=True)
         layout.prop(comparison, "spp" if comparison.budget == "SAMPLES" else "seconds")
         layout.prop(comparison, "seeds")
-        _draw_reference(layout, comparison)
+        _draw_reference(layout, comparison, context)
         layout.prop(comparison, "folder")
-        _draw_state(layout)
+        _draw_state(layout, context)
 
 
 def _draw_list(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:
@@ -57,16 +58,16 @@ def _draw_list(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) 
     side.operator("rl_guided.method_move", text="", icon="TRIA_DOWN").step = 1
 
 
-def _draw_reference(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:
+def _draw_reference(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     column = layout.column()
     column.prop(comparison, "reference")
     column.prop(comparison, "reference_file" if comparison.reference == "FILE" else "reference_spp")
     if comparison.reference == "CYCLES":
         about = next(item[2] for item in REFERENCES if item[0] == "CYCLES")
-        _draw_text(column, about, "INFO")
+        draw_text(column.column(align=True), about, context, "INFO")
 
 
-def _draw_state(layout: bpy.types.UILayout) -> None:
+def _draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The button, or what is under way; below, how the last one ended."""
     state = running.STATE
     if state.work:
@@ -78,18 +79,7 @@ def _draw_state(layout: bpy.types.UILayout) -> None:
     row.scale_y = 1.4
     row.operator("rl_guided.compare", icon="RENDER_RESULT")
     if state.last_words:
-        _draw_text(layout, state.last_words, "ERROR" if state.failed else "CHECKMARK")
-
-
-def _draw_text(layout: bpy.types.UILayout, text: str, icon: str) -> None:
-    """Text of any length: labels do not wrap by themselves."""
-    column = layout.column(align=True)
-    column.scale_y = 0.8
-    lines = [""]
-    for word in text.split():
-        lines[-1:] = [f"{lines[-1]} {word}".strip()] if len(lines[-1]) + len(word) < _LINE else [lines[-1], word]
-    for number, line in enumerate(lines):
-        column.label(text=line, icon="BLANK1" if number else icon)
+        draw_text(layout.column(align=True), state.last_words, context, "ERROR" if state.failed else "CHECKMARK")
 
 
 class RLG_PT_compare_method(_Panel, bpy.types.Panel):
@@ -105,22 +95,22 @@ class RLG_PT_compare_method(_Panel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         comparison = context.scene.rl_guiding_comparison
-        self.layout.use_property_split, self.layout.use_property_decorate = True, False
         if comparison.active_method < len(comparison.methods):
-            draw_settings(
-                self.layout, comparison.methods[comparison.active_method].settings, Render, {"spp", "seconds", "passes", "denoise"}
-            )
+            self.layout.use_property_split, self.layout.use_property_decorate = True, False
+            _draw_settings(self.layout, comparison.methods[comparison.active_method].settings)
 
 
-def draw_settings(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, config: type[Settings], without: set[str]) -> None:
-    """Every setting of a class but those named, and below a menu the settings of the chosen variant."""
-    for entry in entries(config):
-        if entry.name in without:
+def _draw_settings(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
+    """The panels of a render with these settings, each with a header that folds it."""
+    for section in panels.sections(Render):
+        group = panels.group_at(settings, section.path)
+        shown = [entry for entry in section.entries if entry.name not in _THE_COMPARISONS]
+        if group is None or not shown:
             continue
-        layout.prop(group, entry.name)
-        chosen = getattr(group, entry.name)
-        if entry.variants and chosen:
-            draw_settings(layout.column(), getattr(group, f"{entry.name}_{chosen}"), entry.variants[chosen], set())
+        header, body = layout.panel(f"RLG_compared_{section.name}", default_closed=section.title in panels.CLOSED)
+        header.label(text=section.title)
+        if body:
+            panels.draw(body, group, shown)
 
 
 class RLG_PT_compare_results(_Panel, bpy.types.Panel):
@@ -145,7 +135,7 @@ class RLG_PT_compare_results(_Panel, bpy.types.Panel):
         column.template_list("RLG_UL_results", "", comparison, "results", comparison, "active_result", rows=3)
         if comparison.active_result < len(comparison.results):
             _draw_details(layout, comparison.results[comparison.active_result])
-        _draw_text(layout, f"Reference: {comparison.about}", "IMAGE_REFERENCE")
+        draw_text(layout.column(align=True), f"Reference: {comparison.about}", context, "IMAGE_REFERENCE")
         _draw_ways(layout, comparison)
         layout.operator("rl_guided.to_slots", icon="RENDERLAYERS")
         layout.operator("rl_guided.open_report", icon="URL")
@@ -218,14 +208,4 @@ class RLG_PT_compare_probe(_Panel, bpy.types.Panel):
 
 _CLASSES = (RLG_UL_results, RLG_PT_compare, RLG_PT_compare_results, RLG_PT_compare_probe, RLG_PT_compare_method)
 
-
-def register() -> None:
-    """The panels."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

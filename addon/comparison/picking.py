@@ -119,14 +119,4 @@ def _take(scene: bpy.types.Scene, pixel: tuple[int, int]) -> None:
 
 _CLASSES = (RLG_OT_pick, RLG_OT_pick_cursor)
 
-
-def register() -> None:
-    """The operators."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

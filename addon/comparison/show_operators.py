@@ -8,6 +8,7 @@ import bpy
 
 from blender_rl_guiding.errors import InputError
 
+from ..acting import Acting
 from . import results, slots, workspace
 from .operators import show
 
@@ -30,24 +31,12 @@ KINDS = [
 ]
 
 
-class _Look(bpy.types.Operator):
+class _Look(Acting):
     """Looks at results; itself never registered."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return bool(context.scene.rl_guiding_comparison.results)
-
-    def act(self, context: bpy.types.Context) -> None:
-        """Do it. InputError where that is not possible."""
-        raise NotImplementedError
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        try:
-            self.act(context)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
 
 
 class RLG_OT_show_image(_Look):
@@ -119,14 +108,4 @@ class RLG_OT_clear_results(_Look):
 
 _CLASSES = (RLG_OT_show_image, RLG_OT_to_slots, RLG_OT_side_by_side, RLG_OT_open_report, RLG_OT_clear_results)
 
-
-def register() -> None:
-    """The operators."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)
