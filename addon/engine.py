@@ -137,7 +137,8 @@ def status_line(event: dict[str, Any]) -> str:
     parts += [f"{learning['steps']} steps"] if "steps" in learning else []
     parts += [f"loss {learning['loss']:.3g}"] if "loss" in learning else []
     minutes, seconds = divmod(round(event["left"]), 60)
-    return " | ".join([*parts, f"Remaining {minutes:02}:{seconds:02}"])
+    hours, minutes = divmod(minutes, 60)
+    return " | ".join([*parts, f"Remaining {f'{hours}:' if hours else ''}{minutes:02}:{seconds:02}"])
 
 
 def _passes(settings: Render) -> dict[str, tuple[str, str]]:

@@ -70,7 +70,11 @@ class Background(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         if running.STATE.work:
             cls.poll_message_set(f"{running.STATE.work.label} is under way")
-        return running.STATE.work is None
+            return False
+        if bpy.app.is_job_running("RENDER"):
+            cls.poll_message_set("Blender is rendering, and can read the scene afterwards")
+            return False
+        return True
 
     def work(self, context: bpy.types.Context, patience: float) -> tuple[str, running.Steps, running.Finish]:
         """Label, steps and finish of the work. InputError where it cannot begin."""

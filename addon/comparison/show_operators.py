@@ -61,6 +61,10 @@ class RLG_OT_to_slots(_Look):
     bl_idname = "rl_guided.to_slots"
     bl_label = "Put into Render Slots"
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and not bpy.app.is_job_running("RENDER")
+
     def act(self, context: bpy.types.Context) -> None:
         slots.put(context.scene, images_of(context.scene.rl_guiding_comparison))
         show(slots.result())

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from itertools import combinations
 
 import bpy
 
 NAME = "Compare"
 _MOST = 12  # editors side by side: smaller ones show nothing
+_APART = 8  # pixels between areas that touch, at most
 _LOOK = 0.05  # seconds; Blender changes workspaces between events
 
 
@@ -38,9 +40,8 @@ def _fill(window: bpy.types.Window, names: Sequence[str]) -> float | None:
     if not editors:
         _largest(window.screen.areas).type = "IMAGE_EDITOR"
         return _LOOK
-    if len(editors) > len(images):
-        with bpy.context.temp_override(window=window, area=editors[-1]):
-            return _LOOK if "FINISHED" in bpy.ops.screen.area_close() else None
+    if len(editors) > len(images) and _join(window, editors):
+        return _LOOK
     if len(editors) < len(images) and _halve(window, _largest(editors)):
         return _LOOK
     for area, image in zip(editors, images, strict=False):
@@ -62,6 +63,25 @@ def _halve(window: bpy.types.Window, area: bpy.types.Area) -> bool:
     direction = "VERTICAL" if area.width >= area.height else "HORIZONTAL"
     with bpy.context.temp_override(window=window, area=area):
         return "FINISHED" in bpy.ops.screen.area_split(direction=direction, factor=0.5)
+
+
+def _join(window: bpy.types.Window, editors: Sequence[bpy.types.Area]) -> bool:
+    """Make one of two editors that have a whole side in common, so that no other kind of editor grows; False if there are none."""
+    for one, other in combinations(reversed(editors), 2):
+        if _share_a_side(one, other):
+            source, target = ((area.x + area.width // 2, area.y + area.height // 2) for area in (other, one))
+            with bpy.context.temp_override(window=window, area=other):
+                return "FINISHED" in bpy.ops.screen.area_join(source_xy=source, target_xy=target)
+    return False
+
+
+def _share_a_side(one: bpy.types.Area, other: bpy.types.Area) -> bool:
+    """Two areas that stand below or beside each other, and are equally wide or high. Areas are a pixel or two apart."""
+    beside = abs(one.y - other.y) < _APART and abs(one.height - other.height) < _APART
+    below = abs(one.x - other.x) < _APART and abs(one.width - other.width) < _APART
+    touch_x = min(abs(one.x + one.width - other.x), abs(other.x + other.width - one.x)) < _APART
+    touch_y = min(abs(one.y + one.height - other.y), abs(other.y + other.height - one.y)) < _APART
+    return (beside and touch_x) or (below and touch_y)
 
 
 def _show_in(window: bpy.types.Window, area: bpy.types.Area, image: bpy.types.Image) -> None:

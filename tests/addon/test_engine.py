@@ -189,3 +189,4 @@ def test_the_status_line_tells_samples_learning_and_time():
     event = {"samples": 12, "of": 64, "seconds": 9.0, "left": 68.4, "learning": {"loss": 0.01234, "steps": 300, "cells": 9}}
     assert status_line(event) == "Sample 12/64 | 300 steps | loss 0.0123 | Remaining 01:08"
     assert status_line(event | {"learning": {}}) == "Sample 12/64 | Remaining 01:08"
+    assert status_line(event | {"learning": {}, "left": 7268.4}) == "Sample 12/64 | Remaining 2:01:08"

@@ -1,5 +1,6 @@
 """The zip that ./build.sh extension makes: what is in it, and its life in each Blender from installation to removal."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -141,4 +142,4 @@ def test_in_the_window(archive: Path, tmp_path: Path):
         timeout=300,
         check=False,
     )
-    assert (tmp_path / "result").read_text() == "ok"
+    assert json.loads((tmp_path / "result.json").read_text()) == {}

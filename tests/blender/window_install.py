@@ -1,14 +1,12 @@
 """What test_install.py has a Blender with a window do: `window_install.py ZIP FOLDER SCREENS PYTHON`.
 
 Installs the zip and checks the environment as a person would, by mouse and keyboard, in a window of 1600 x 1000 pixels. Screenshots go to
-SCREENS, "ok" or what went wrong to FOLDER/result. PYTHON is that of a whole environment.
+SCREENS, what went wrong to FOLDER/result.json. PYTHON is that of a whole environment.
 """
 
 import json
 import os
-import subprocess
 import sys
-import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,11 +14,14 @@ from typing import Any
 import addon_utils  # pyright: ignore[reportMissingImports]  # a part of Blender
 import bpy
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.blender.driving import Step, click, drive, run, screenshot
+
+sys.path.pop(0)  # the add-on must bring its own package
+
 MODULE = "bl_ext.user_default.rl_guided"
-PATIENCE = 60.0  # seconds for each thing that is waited for
-LOOK = 0.25  # seconds between two looks
 ARCHIVE, FOLDER, SCREENS, PYTHON = map(Path, sys.argv[-4:])
-Step = float | Callable[[], object]  # seconds, or what must become true
 
 # Where things are on the screen.
 MENU = (960, 82)
@@ -35,19 +36,6 @@ ASIDE = (200, 560)
 COMMAND = "/home/me/blender_rl_guiding/build.sh setup numba"
 
 
-def run(*command: str) -> Iterator[Step]:
-    """A program that needs Blender to go on meanwhile, and then time for Blender to see what it did."""
-    child = subprocess.Popen(command)
-    yield lambda: child.poll() is not None
-    assert child.returncode == 0, command
-    yield 0.4
-
-
-def click(place: tuple[int, int], times: int = 1) -> Iterator[Step]:
-    yield from run("xdotool", "mousemove", *map(str, place))
-    yield from run("xdotool", "click", "--repeat", str(times), "--delay", "80", "1")
-
-
 def click_until(place: tuple[int, int], reached: Callable[[], object]) -> Iterator[Step]:
     """A busy computer may draw a button after the click that was meant for it."""
     for _ in range(8):
@@ -55,7 +43,7 @@ def click_until(place: tuple[int, int], reached: Callable[[], object]) -> Iterat
         for _ in range(20):
             if reached():
                 return
-            yield LOOK
+            yield 0.25
     raise AssertionError(f"clicked at {place} in vain")
 
 
@@ -65,10 +53,11 @@ def enter(text: str) -> Iterator[Step]:
     yield from run("xdotool", "key", "Return")
 
 
-def screenshot(name: str) -> Iterator[Step]:
+def picture(name: str) -> Iterator[Step]:
+    """A screenshot without a button lit up below the mouse."""
     yield from run("xdotool", "mousemove", *map(str, ASIDE))
     yield 0.3
-    yield from run("import", "-window", "root", str(SCREENS / f"{name}.png"))
+    yield from screenshot(SCREENS / f"{name}.png")
 
 
 def announce(python: Path) -> None:
@@ -120,7 +109,7 @@ def install() -> Iterator[Step]:
     yield from click(FILE_NAME, times=2)
     yield from enter(ARCHIVE.name)
     yield lambda: file_browser().filename == ARCHIVE.name
-    yield from screenshot("install-from-disk")
+    yield from picture("install-from-disk")
     yield from click_until(FILE_ACCEPT, lambda: MODULE in bpy.context.preferences.addons)
     yield 0.5
 
@@ -136,41 +125,15 @@ def steps() -> Iterator[Step]:
     bpy.context.window_manager.addon_search = "RL Guided"
     yield from click_until(SIDEBAR_ADDONS, lambda: bpy.context.preferences.active_section == "ADDONS")
     yield from click_until(UNFOLD, unfolded)
-    yield from screenshot("preferences-no-environment")
+    yield from picture("preferences-no-environment")
     yield from click_until(CHECK_BELOW_TWO_LINES, lambda: found() == ["Environment"])
     announce(broken_python())
     yield from click_until(CHECK, lambda: found() == ["numba", "torch"])
-    yield from screenshot("preferences-broken")
+    yield from picture("preferences-broken")
     yield from click_until(FIRST_COPY, lambda: bpy.context.window_manager.clipboard == COMMAND)
     announce(PYTHON)
     yield from click_until(CHECK, lambda: found() == [])
-    yield from screenshot("preferences-whole")
+    yield from picture("preferences-whole")
 
 
-def drive() -> Callable[[], float | None]:
-    """A timer's function that goes through the steps, writes how they ended and quits."""
-    script, waited, wanted = steps(), 0.0, None
-
-    def tick() -> float | None:
-        nonlocal waited, wanted
-        try:
-            if wanted and not wanted():
-                waited += LOOK
-                assert waited < PATIENCE, f"waited in vain for line {wanted.__code__.co_firstlineno}"
-                return LOOK
-            step = next(script)
-            waited, wanted = 0.0, None if isinstance(step, float) else step
-            return step if isinstance(step, float) else LOOK
-        except StopIteration:
-            (FOLDER / "result").write_text("ok")
-        except Exception:  # noqa: BLE001  # whatever it is, the test must read it
-            subprocess.run(["import", "-window", "root", str(SCREENS / "failed.png")], check=False)
-            (FOLDER / "result").write_text(traceback.format_exc())
-        bpy.ops.wm.quit_blender()
-        return None
-
-    return tick
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(drive(), persistent=True)
+drive(steps(), FOLDER / "result.json", {})

@@ -1,15 +1,12 @@
-"""What test_window_panels.py has a Blender with a window do: `window_panels.py SCREENS RESULT`.
+"""What test_window_panels.py has a Blender with a window do: `window_panels.py SCREENS RESULT PYTHON`.
 
 Draws every panel for every guide and encoder, checks the scene, applies presets, and leaves screenshots in SCREENS. What it found goes
 to RESULT as JSON; what panels print when they fail to draw is on stderr.
 """
 
-import json
-import subprocess
 import sys
 import threading
-import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +17,10 @@ sys.path.insert(0, str(ROOT))
 
 import addon  # noqa: E402
 from addon import coverage, cycles_panels, panels, presets  # noqa: E402
+from tests.blender.driving import Step, drive  # noqa: E402
+from tests.blender.driving import screenshot as saved  # noqa: E402
 
-SCREENS, RESULT = map(Path, sys.argv[-2:])
+SCREENS, RESULT, _ = map(Path, sys.argv[-3:])
 DRAWN = 0.5  # seconds in which a window has drawn itself
 SETTLED = 1.5  # and in which panels have moved to where they belong
 found: dict[str, Any] = {}
@@ -53,8 +52,8 @@ def show(*tabs: str) -> float:
     return DRAWN
 
 
-def screenshot(name: str) -> None:
-    subprocess.run(["import", "-window", "root", str(SCREENS / f"panels-{name}.png")], check=True)
+def screenshot(name: str) -> Iterator[Step]:
+    return saved(SCREENS / f"panels-{name}.png")
 
 
 def in_editor(which: int) -> Any:
@@ -70,7 +69,7 @@ def rendered() -> bytes:
     return path.read_bytes()
 
 
-def check_scene(scene: bpy.types.Scene) -> Iterator[float]:
+def check_scene(scene: bpy.types.Scene) -> Iterator[Step]:
     """After a render by Cycles, whose result must stay."""
     scene.render.engine, scene.cycles.samples = "CYCLES", 1
     scene.render.resolution_percentage = 10
@@ -88,7 +87,7 @@ def check_scene(scene: bpy.types.Scene) -> Iterator[float]:
     scene.render.resolution_percentage = 100
 
 
-def told_by_a_thread() -> Iterator[float]:
+def told_by_a_thread() -> Iterator[Step]:
     """As by an engine, which renders in a thread of its own."""
     losses = bpy.context.window_manager.rl_guiding_coverage.losses
     kept = [line.loss for line in losses]
@@ -101,7 +100,7 @@ def told_by_a_thread() -> Iterator[float]:
     bpy.context.window_manager.rl_guiding_coverage.active = 0
 
 
-def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[float]:
+def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[Step]:
     """Each guide and each encoder is drawn once."""
     for guide in settings.bl_rna.properties["guide"].enum_items:
         settings.guide = guide.identifier
@@ -111,10 +110,10 @@ def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[float]:
         yield show("RENDER", "RENDER", "RENDER")
 
 
-def presets_and_undo() -> Iterator[float]:
+def presets_and_undo() -> Iterator[Step]:
     bpy.context.scene.rl_guiding.guide = "bsdf"
     yield show("RENDER", "RENDER", "DATA", "RENDER") + SETTLED
-    screenshot("coverage")
+    yield from screenshot("coverage")
     presets.add(bpy.context.scene, "My preset")
     with in_editor(1):
         bpy.ops.ed.undo_push(message="before")
@@ -127,10 +126,10 @@ def presets_and_undo() -> Iterator[float]:
         bpy.ops.rl_guided.preset_apply("EXEC_DEFAULT", True, name="recommended")
         bpy.ops.wm.call_panel(name="RLG_PT_presets", keep_open=True)
     yield SETTLED
-    screenshot("presets")
+    yield from screenshot("presets")
 
 
-def shader_editor() -> Iterator[float]:
+def shader_editor() -> Iterator[Step]:
     """Materials can be edited, and nodes added."""
     area = windows()[1][0]
     area.ui_type = "ShaderNodeTree"
@@ -141,10 +140,10 @@ def shader_editor() -> Iterator[float]:
         bpy.ops.node.add_node(type="ShaderNodeBsdfGlossy")
         bpy.ops.wm.call_menu(name="NODE_MT_shader_node_add_all")
     yield DRAWN
-    screenshot("nodes")
+    yield from screenshot("nodes")
 
 
-def steps() -> Iterator[float]:
+def steps() -> Iterator[Step]:
     arrange()
     scene = bpy.context.scene
     fog = bpy.data.objects.new("Morning fog", bpy.data.volumes.new("Fog"))
@@ -159,38 +158,19 @@ def steps() -> Iterator[float]:
     scene.rl_guiding.guide_dqn.encoder = "frequency"
     scene.rl_guiding.guide_dqn.schedule = "cosine"
     yield show("RENDER", "OUTPUT", "MATERIAL", "WORLD")
-    screenshot("render")
+    yield from screenshot("render")
     bpy.ops.object.light_add(type="AREA")
     yield show("OBJECT", "DATA", "VIEW_LAYER", "RENDER")
-    screenshot("light")
+    yield from screenshot("light")
     bpy.context.view_layer.objects.active = bpy.data.objects["Camera"]
     yield show("RENDER", "RENDER", "DATA", "RENDER")
-    screenshot("camera")
+    yield from screenshot("camera")
     yield from presets_and_undo()
     bpy.context.view_layer.objects.active = bpy.data.objects["Left"]
     yield from shader_editor()
 
 
-def drive() -> Callable[[], float | None]:
-    """A timer's function that goes through the steps, writes what was found and quits."""
-    script = steps()
-
-    def tick() -> float | None:
-        try:
-            return next(script)
-        except StopIteration:
-            pass
-        except Exception:  # noqa: BLE001  # whatever it is, the test must read it
-            found["fault"] = traceback.format_exc()
-        RESULT.write_text(json.dumps(found))
-        bpy.ops.wm.quit_blender()
-        return None
-
-    return tick
-
-
 for panel in (*panels._PANELS, *cycles_panels._PANELS):
     panel.bl_options = set()  # those that start closed are to be drawn, too
 addon.register()
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(drive(), first_interval=1.0)
+drive(steps(), RESULT, found)

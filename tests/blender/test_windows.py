@@ -1,0 +1,91 @@
+"""The add-on in a real Blender's window, on c1: its panels, F12, a comparison. Screenshots stay in out/screens."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.blender.blenders import EXECUTABLE, ROOT
+from tests.blender.test_export import C1, needs_executable
+
+SCREENS = ROOT / "out" / "screens"
+pytestmark = [needs_executable, pytest.mark.blender]
+
+
+def seen_by(script: str, folder: Path) -> tuple[dict[str, Any], str]:
+    """What a script has found that leads a Blender through c1, and what that Blender printed."""
+    SCREENS.mkdir(parents=True, exist_ok=True)
+    for name in ("user", "scene"):
+        (folder / name).mkdir()
+    result = folder / "result.json"
+    arguments = ["--python", str(Path(__file__).with_name(script)), "--", str(SCREENS), str(result), sys.executable]
+    done = subprocess.run(
+        [str(EXECUTABLE), "--factory-startup", str(C1), *arguments],
+        env=os.environ | {"BLENDER_USER_RESOURCES": str(folder / "user"), "SCREEN": "1700x1400x24"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(result.read_text())
+    assert "fault" not in found, found["fault"]
+    return found, done.stdout + done.stderr
+
+
+def complaints(printed: str) -> list[str]:
+    """What went wrong in panels and operators: 5.2 says ERROR, 4.5 shows a Traceback."""
+    return [line for line in printed.splitlines() if "ERROR" in line or "Traceback" in line]
+
+
+def test_panels(tmp_path: Path):
+    """Nothing fails to draw, Check Scene keeps the render result, presets apply and are undone."""
+    found, printed = seen_by("window_panels.py", tmp_path)
+    assert not complaints(printed)
+    assert found == {
+        "unchanged": True,
+        "losses": ["Left", "Morning fog"],
+        "active": "Left",
+        "told": [1, 2],
+        "applied": "qtable",
+        "undone": "bsdf",
+        "edited": True,
+    }
+    (preset,) = (tmp_path / "user").rglob("*.json")
+    assert preset.parts[-4:] == ("scripts", "presets", "rl_guided", "My_preset.json")
+
+
+def test_f12(tmp_path: Path, compiled: None):
+    """The image grows while the scene is edited, Esc ends it, and a renderer that dies is told."""
+    found, printed = seen_by("window_render.py", tmp_path)
+    (SCREENS / "f12.json").write_text(json.dumps(found["times"]))
+    assert found["told"] == [*range(1, len(found["told"]) + 1)]
+    assert found["busy"] == ["compare", "check"]
+    assert found["went on"]
+    assert found["silent"]
+    assert found["again"]
+    (complaint,) = complaints(printed)
+    assert "the renderer was ended by SIGKILL" in complaint
+
+
+def test_comparison(tmp_path: Path, compiled: None):
+    """By the real button, beside an F12; its table, images and slots; a picked point; with Cycles; all still there after a reload."""
+    found, printed = seen_by("window_compare.py", tmp_path)
+    assert not complaints(printed)
+    assert found.pop("ratio") < 1
+    assert found.pop("reference").startswith("Cycles 5.2")
+    column, row = found.pop("probe")
+    assert 58 <= column <= 70
+    assert 78 <= row <= 90  # c1 has 128 x 128 pixels there
+    assert found == {
+        "beside": "a render went on",
+        "words": "2 methods compared",
+        "results": ["uniform", "qtable"],
+        "slots": ["reference", "uniform", "qtable"],
+        "inspected": "See the images 'qtable q' and 'qtable states'",
+        "reopened": ["c1 uniform", "c1 uniform error", "c1 qtable", "c1 qtable error"],
+    }
