@@ -1,6 +1,7 @@
 """Meshes, instances, normals and material slots arrive as a render would see them, each exactly once."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -80,6 +81,29 @@ def test_collection_instances_are_flattened(run: Export):
     scene = run()
     assert len(scene.triangles) == 24
     assert np.allclose(scene.bounds, [(-11, -1, -1), (11, 1, 1)])
+
+
+def test_objects_and_collections_of_a_library_are_exported_with_what_is_changed_of_them(run: Export, diffuse: Callable, tmp_path: Path):
+    thing, collection = cube("Own"), bpy.data.collections.new("Group")
+    thing.data.materials.append(diffuse("Paint", 0.5))
+    collection.objects.link(thing)
+    library = str(tmp_path / "ein Ordner" / "Bücherei.blend")
+    Path(library).parent.mkdir()
+    bpy.data.libraries.write(library, {collection})
+    bpy.data.batch_remove([collection, thing.data.materials[0], thing.data])
+    with bpy.data.libraries.load(library, link=True) as (_, linked):
+        linked.objects, linked.collections = ["Own"], ["Group"]
+    empty = bpy.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", linked.collections[0], 10
+    bpy.context.scene.collection.objects.link(empty)
+    own = linked.objects[0].override_create()
+    own.location.x = -10
+    bpy.context.scene.collection.objects.link(own)
+    scene = run()
+    assert len(scene.triangles) == 24
+    assert np.allclose(scene.bounds, [(-11, -1, -1), (11, 1, 1)])
+    assert len(scene.shaders) == 1
+    assert scene.coverage == ()
 
 
 def test_particle_instances_are_exported_without_their_hidden_emitter(run: Export):

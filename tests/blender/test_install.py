@@ -9,9 +9,12 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from blender_rl_guiding import __version__
+from blender_rl_guiding.cli import main as rlg
+from blender_rl_guiding.images import read_exr
 from tests.blender import blenders
 from tests.blender.blenders import ROOT
 
@@ -123,6 +126,41 @@ def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path):
         said = done.stdout + done.stderr
         assert done.returncode == 0, f"{step}: {said}"
         assert "Traceback" not in said, f"{step}: {said}"
+
+
+SMALL = "import bpy; s = bpy.context.scene; s.rl_guiding.spp = 2; s.rl_guiding.guide = 'qtable'; s.render.image_settings.color_depth = '32'"
+
+
+@pytest.mark.blender
+def test_renders_without_a_window(archive: Path, tmp_path: Path, compiled: None):
+    """Two at once by `-E RL_GUIDED -f 1`, and one by `--command rl_guided`, have the bits of `rlg`."""
+    blenders.executable()
+    user, data, c1 = tmp_path / "user", tmp_path / "data", ROOT / "scenes" / "c1.blend"
+    user.mkdir()
+    pointer = data / "blender_rl_guiding" / "python"
+    pointer.parent.mkdir(parents=True)
+    pointer.write_text(sys.executable)
+    environment = os.environ | {"BLENDER_USER_RESOURCES": str(user), "XDG_DATA_HOME": str(data)}
+
+    def start(*arguments: str) -> subprocess.Popen[str]:
+        command = [str(blenders.EXECUTABLE), *arguments]
+        return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def end(child: subprocess.Popen[str]) -> None:
+        said, _ = child.communicate(timeout=200)
+        assert child.returncode == 0, said
+        assert "Error" not in said, said
+
+    end(start("--command", "extension", "install-file", "--repo", "user_default", "--enable", str(archive)))
+    frame = ["--background", str(c1), "--engine", "RL_GUIDED", "--render-format", "OPEN_EXR", "--python-expr", SMALL]
+    for child in [start(*frame, "--render-output", str(tmp_path / f"{name}-#.exr"), "--render-frame", "1") for name in "ab"]:
+        end(child)
+    flags = ["--guide", "qtable", "--spp", "2", "--out"]
+    end(start("--command", "rl_guided", "render", str(c1), *flags, str(tmp_path / "command")))
+    assert rlg(["render", str(c1), *flags, str(tmp_path / "rlg")]) == 0
+    expected, _ = read_exr(tmp_path / "rlg" / "image.exr")
+    for path in ("a-1.exr", "b-1.exr", "command/image.exr"):
+        np.testing.assert_array_equal(read_exr(tmp_path / path)[0], expected, err_msg=path)
 
 
 @pytest.mark.slow
