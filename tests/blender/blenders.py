@@ -1,4 +1,4 @@
-"""The Blenders that the add-on has to live in, each with the command that runs a script in it."""
+"""The Blenders that the add-on has to live in, each with the command that runs a script in it, and variables for it."""
 
 import os
 import shutil
@@ -22,7 +22,7 @@ def uv() -> str:
 
 def module() -> tuple[list[str], dict[str, str]]:
     """This environment's bpy, without the package that is installed beside it: the add-on must bring its own."""
-    return [sys.executable, "-S"], {"PYTHONPATH": sysconfig.get_path("purelib")}
+    return [sys.executable, "-S"], {"PYTHONPATH": sysconfig.get_path("purelib"), "RENDERER": sys.executable}
 
 
 def executable() -> tuple[list[str], dict[str, str]]:
@@ -46,7 +46,7 @@ def oldest() -> tuple[list[str], dict[str, str]]:
             if done.returncode:
                 pytest.skip(f"no bpy {OLDEST}: {done.stderr.strip().splitlines()[-1]}")
         (folder / "ready").touch()
-    return [str(python)], {}
+    return [str(python)], {"RENDERER": sys.executable}
 
 
 def _pythons(version: str) -> Iterator[str]:

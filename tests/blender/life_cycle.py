@@ -1,6 +1,6 @@
 """What test_install.py has a Blender do: `life_cycle.py new|again ZIP FOLDER`, in one process each, with what `new` leaves in FOLDER.
 
-The variable RENDERER may name the Python of a whole environment.
+The variable RENDERER names the Python of a whole environment.
 
 Ends with status 0 if every assertion holds.
 """
@@ -82,6 +82,30 @@ def whole_environment(python: str) -> None:
     assert not any(fault.problem for fault in found.values()), found
     assert {"Python", "blender_rl_guiding", "numba", "embreex", "torch"} <= found.keys()
     preferences.python = ""
+
+
+def render_and_compare(python: str, folder: str) -> None:
+    """The cube of the factory settings, by F12, and by two methods against that image."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    bpy.context.preferences.addons[MODULE].preferences.python = python
+    bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/compared.blend")
+    scene, comparison = bpy.context.scene, bpy.context.scene.rl_guiding_comparison
+    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "RL_GUIDED", 48, 32
+    scene.render.image_settings.file_format, scene.render.filepath = "OPEN_EXR", f"{folder}/f12.exr"
+    scene.rl_guiding.spp, comparison.spp, comparison.use_probe = 4, 4, False
+    assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
+    for name in ("uniform", "qtable"):
+        bpy.ops.rl_guided.method_add(name=name)
+    comparison.reference, comparison.reference_file = "FILE", "//f12.exr"
+    assert bpy.ops.rl_guided.compare() == {"FINISHED"}
+    bpy.ops.rl_guided.to_slots()
+    assert [slot.name for slot in bpy.data.images["Render Result"].render_slots][-2:] == ["uniform", "qtable"]
+    bpy.ops.wm.save_mainfile()
+    bpy.ops.wm.open_mainfile(filepath=f"{folder}/compared.blend")
+    bpy.context.preferences.addons[MODULE].preferences.python = ""
+    rows = bpy.context.scene.rl_guiding_comparison.results
+    assert [(row.name, tuple(row.image.size)) for row in rows] == [("uniform", (48, 32)), ("qtable", (48, 32))]
+    assert all(0 < row.mape_display < 1 for row in rows)
 
 
 def file_of_another_version(path: str) -> None:
@@ -184,8 +208,8 @@ def main(step: str, archive: str, folder: str) -> None:
         install(archive)
         register_twice()
         missing_environment()
-        if python := os.environ.get("RENDERER"):
-            whole_environment(python)
+        whole_environment(os.environ["RENDERER"])
+        render_and_compare(os.environ["RENDERER"], folder)
         save(saved)
         bpy.ops.wm.save_userpref()
         addon_utils.disable(MODULE)  # or Blender 4.5 hangs at exit

@@ -106,8 +106,8 @@ def test_same_sources_same_bytes(newer: Path, other_tree: Path, tmp_path: Path):
 
 @pytest.mark.blender
 @pytest.mark.parametrize("blender", [blenders.module, blenders.executable, blenders.oldest], ids=lambda blender: blender.__name__)
-def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path):
-    """Installed, registered twice, without and with an environment, saved, reopened, appended, undone, updated, disabled, removed."""
+def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path, compiled: None):
+    """From installation to removal, with and without an environment; renders, compares, saves, reloads, appends, undoes, updates."""
     command, variables = blender()
     home = tmp_path / "ein Ordner für 漢字"
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | variables
