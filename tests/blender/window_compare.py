@@ -67,13 +67,14 @@ def compare() -> Iterator[Step]:
     yield from click(BUTTON)
     yield lambda: not idle()
     bpy.ops.render.render("INVOKE_DEFAULT")
-    yield lambda: rendering() and running.STATE.work.status.share > 0
+    yield lambda: rendering() and running.STATE.work and running.STATE.work.status.share > 0
     yield from screenshot(SCREENS / "compare-under-way.png")
     yield idle
     found["beside"] = "a render went on" if rendering() else "no render"
     subprocess.Popen(["xdotool", "key", "Escape"])
     yield lambda: not rendering()
     found["words"] = ended()
+    yield from screenshot(SCREENS / "compare-done.png")
     rows = comparison().results
     found["results"], found["ratio"] = [row.name for row in rows], rows[1].mape_display / rows[0].mape_display
 
