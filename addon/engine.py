@@ -1,6 +1,7 @@
 """The render engine RL Guided: what Blender calls on F12, and the only place that sees a depsgraph in render mode."""
 
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from blender_rl_guiding.settings import Render
 
 from . import coverage, environment, worker_client
 from .export.coverage import in_blender
-from .export.scene import export
+from .export.scene import Stopped, export
 from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
@@ -43,6 +44,8 @@ class Exporter(bpy.types.RenderEngine):
             self.work(depsgraph)
         except (InputError, OSError) as error:  # OSError: the temporary folder
             self.report({"ERROR"}, str(error))  # unlike error_set, this fails the operator, too
+        except Stopped:
+            pass
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Do all that a render takes. InputError ends it, and Blender shows its line."""
@@ -72,7 +75,7 @@ class RLGuided(Exporter):
         with worker_client.borrowed(environment.python()) as worker, tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
             worker.send("prepare", **job)
             self.update_stats("", "Exporting the scene")
-            scene = _told(depsgraph)
+            scene = _told(depsgraph, self.test_break)
             bundle, frames = Path(folder, "scene.npz"), Path(folder, "frames")
             save(scene, bundle)
             for name, (channels, _) in _passes(settings).items():
@@ -119,10 +122,10 @@ class RLGuided(Exporter):
         self.end_result(result)
 
 
-def _told(depsgraph: bpy.types.Depsgraph) -> SceneData:
+def _told(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool]) -> SceneData:
     """The scene; what of it cannot be rendered as it is goes to the coverage list."""
     try:
-        scene = export(depsgraph)
+        scene = export(depsgraph, stop)
     except InputError as error:
         coverage.tell(depsgraph.scene.name, (), str(error))
         raise

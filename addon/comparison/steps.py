@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import bpy
 
@@ -64,24 +64,29 @@ class Cycles:
     def render(self, path: Path, patience: float) -> Iterator[Status]:
         """Render into an EXR file. InputError where Cycles fails."""
         status = Status(f"Reference by Cycles, {self._spp} samples per pixel", 0.0)
-        with self._folder, _child([str(self._file), self._scene, str(self._spp), str(path)]) as child:
+        with (
+            self._folder,
+            tempfile.TemporaryFile("w+", errors="replace") as complaints,  # a pipe that nobody reads would fill up
+            _child([str(self._file), self._scene, str(self._spp), str(path)], complaints) as child,
+        ):
             while not _ended(child, patience):
                 yield status
             if child.returncode or not path.exists():
-                said = (child.stderr.read() if child.stderr else "").strip().splitlines()
+                complaints.seek(0)
+                said = complaints.read().strip().splitlines()
                 raise InputError(f"Cycles did not render the reference: {said[-1] if said else _how(child.returncode)}")
 
 
 @contextmanager
-def _child(arguments: list[str]) -> Iterator["subprocess.Popen[str]"]:
+def _child(arguments: list[str], complaints: IO[str]) -> Iterator["subprocess.Popen[bytes]"]:
     """A Blender of this kind without a window, that never outlives the block."""
     if bpy.app.binary_path:
         command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1", "--python", str(_CYCLES), "--"]
     else:
         command = [sys.executable, str(_CYCLES)]  # the bpy module
-    null, pipe = subprocess.DEVNULL, subprocess.PIPE
+    null = subprocess.DEVNULL
     try:
-        child = subprocess.Popen([*command, *arguments], stdin=null, stdout=null, stderr=pipe, text=True, errors="replace")
+        child = subprocess.Popen([*command, *arguments], stdin=null, stdout=null, stderr=complaints)
     except OSError as error:
         raise InputError(f"cannot start Blender for Cycles, {command[0]}: {error.strerror or error}") from error
     with child:
@@ -91,7 +96,7 @@ def _child(arguments: list[str]) -> Iterator["subprocess.Popen[str]"]:
             child.kill()  # which does nothing to one that has ended
 
 
-def _ended(child: "subprocess.Popen[str]", patience: float) -> bool:
+def _ended(child: "subprocess.Popen[bytes]", patience: float) -> bool:
     try:
         child.wait(patience)
     except subprocess.TimeoutExpired:

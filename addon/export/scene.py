@@ -1,6 +1,6 @@
 """Puts the bundle together from what the other files of this folder read."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import bpy
@@ -112,12 +112,19 @@ class Collector:
         return np.array(rows, np.float32).reshape(len(rows), len(self.object_info), 3)
 
 
-def export(depsgraph: bpy.types.Depsgraph) -> SceneData:
-    """The scene of a depsgraph in render mode. InputError names what makes it impossible to render."""
+class Stopped(Exception):  # noqa: N818  # it is no error
+    """The user has enough."""
+
+
+def export(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool] = lambda: False) -> SceneData:
+    """The scene of a depsgraph in render mode. InputError names what makes it impossible to render.
+
+    `stop` is asked before each instance; Stopped where it says yes.
+    """
     scene = depsgraph.scene
     name = Path(bpy.data.filepath).name or scene.name
     try:
-        data = _export(depsgraph, Path(name).stem)
+        data = _export(depsgraph, Path(name).stem, stop)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     if fault := find_fault(data):
@@ -125,11 +132,13 @@ def export(depsgraph: bpy.types.Depsgraph) -> SceneData:
     return data
 
 
-def _export(depsgraph: bpy.types.Depsgraph, name: str) -> SceneData:
+def _export(depsgraph: bpy.types.Depsgraph, name: str, stop: Callable[[], bool]) -> SceneData:
     scene, collector = depsgraph.scene, Collector(depsgraph)
     camera, camera_losses = read_camera(depsgraph)
     world, world_losses = read_world(scene.world, collector.resources)
     for instance in depsgraph.object_instances:
+        if stop():
+            raise Stopped
         collector.note(coverage.of_instance(instance, depsgraph.view_layer))
         if instance.show_self:
             collector.add(instance)

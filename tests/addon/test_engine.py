@@ -185,6 +185,15 @@ def test_nothing_is_left_in_the_temporary_folder(lit: bpy.types.Scene, tmp_path:
     assert not list((tmp_path / "é ü 你好").iterdir())
 
 
+def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    jobs = []
+    send = worker_client.Worker.send
+    monkeypatch.setattr(worker_client.Worker, "send", lambda self, job, **values: jobs.append(job) or send(self, job, **values))
+    monkeypatch.setattr(engine.RLGuided, "test_break", lambda self: True, raising=False)
+    f12(lit, tmp_path)
+    assert jobs == ["prepare"]
+
+
 def test_the_status_line_tells_samples_learning_and_time():
     event = {"samples": 12, "of": 64, "seconds": 9.0, "left": 68.4, "learning": {"loss": 0.01234, "steps": 300, "cells": 9}}
     assert status_line(event) == "Sample 12/64 | 300 steps | loss 0.0123 | Remaining 01:08"
