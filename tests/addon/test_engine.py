@@ -12,6 +12,7 @@ import pytest
 
 from addon import engine, environment, worker_client
 from addon.engine import PASSES, status_line
+from addon.export.scene import export
 from addon.properties import write
 from blender_rl_guiding.render import render
 from blender_rl_guiding.render.denoise import denoised
@@ -189,7 +190,7 @@ def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, tmp_p
     jobs = []
     send = worker_client.Worker.send
     monkeypatch.setattr(worker_client.Worker, "send", lambda self, job, **values: jobs.append(job) or send(self, job, **values))
-    monkeypatch.setattr(engine.RLGuided, "test_break", lambda self: True, raising=False)
+    monkeypatch.setattr(engine, "export", lambda depsgraph, stop: export(depsgraph, lambda: True))
     f12(lit, tmp_path)
     assert jobs == ["prepare"]
 
