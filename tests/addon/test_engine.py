@@ -186,12 +186,13 @@ def test_nothing_is_left_in_the_temporary_folder(lit: bpy.types.Scene, tmp_path:
     assert not list((tmp_path / "é ü 你好").iterdir())
 
 
-def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch):
     jobs = []
     send = worker_client.Worker.send
     monkeypatch.setattr(worker_client.Worker, "send", lambda self, job, **values: jobs.append(job) or send(self, job, **values))
     monkeypatch.setattr(engine, "export", lambda depsgraph, stop: export(depsgraph, lambda: True))
-    f12(lit, tmp_path)
+    lit.render.engine = "RL_GUIDED"
+    bpy.ops.render.render()
     assert jobs == ["prepare"]
 
 
