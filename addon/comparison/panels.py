@@ -163,10 +163,10 @@ def _draw_cells(layout: bpy.types.UILayout, cells: list[str], header: bool = Fal
     """A row of the table; the first cell is the widest."""
     split = layout.split(factor=0.37)
     split.label(text=cells[0])
-    row = split.row()
-    row.active = not header
+    numbers = split.split()  # of equal widths, whatever is in them
+    numbers.active = not header
     for cell in cells[1:]:
-        part = row.row()
+        part = numbers.row()
         part.alignment = "RIGHT"
         part.label(text=cell)
 
