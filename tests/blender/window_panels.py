@@ -1,4 +1,4 @@
-"""What test_window_panels.py has a Blender with a window do: `window_panels.py SCREENS RESULT PYTHON`.
+"""What test_windows.py has a Blender with a window do: `window_panels.py SCREENS RESULT PYTHON`.
 
 Draws every panel for every guide and encoder, checks the scene, applies presets, and leaves screenshots in SCREENS. What it found goes
 to RESULT as JSON; what panels print when they fail to draw is on stderr.
@@ -12,13 +12,12 @@ from typing import Any
 
 import bpy
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-import addon  # noqa: E402
-from addon import coverage, cycles_panels, panels, presets  # noqa: E402
-from tests.blender.driving import Step, drive  # noqa: E402
-from tests.blender.driving import screenshot as saved  # noqa: E402
+import addon
+from addon import coverage, cycles_panels, panels, presets
+from tests.blender import driving
+from tests.blender.driving import Step
 
 SCREENS, RESULT, _ = map(Path, sys.argv[-3:])
 DRAWN = 0.5  # seconds in which a window has drawn itself
@@ -53,7 +52,7 @@ def show(*tabs: str) -> float:
 
 
 def screenshot(name: str) -> Iterator[Step]:
-    return saved(SCREENS / f"panels-{name}.png")
+    return driving.screenshot(SCREENS / f"panels-{name}.png")
 
 
 def in_editor(which: int) -> Any:
@@ -173,4 +172,4 @@ def steps() -> Iterator[Step]:
 for panel in (*panels._PANELS, *cycles_panels._PANELS):
     panel.bl_options = set()  # those that start closed are to be drawn, too
 addon.register()
-drive(steps(), RESULT, found)
+driving.drive(steps(), RESULT, found)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ SCREENS, RESULT, PYTHON = map(Path, sys.argv[-3:])
 BEAT = 0.02  # seconds between two beats of the main thread; what is longer between them is a stall
 told: list[int] = []  # samples, at each pass that the engine heard of
 workers: list[worker_client.Worker] = []
-gaps: list[float] = []  # seconds between beats
+beats: list[float] = []  # when they were
 times: dict[str, float] = {}
 found: dict[str, Any] = {"times": times}
 
@@ -42,12 +43,14 @@ _start, worker_client.Worker = worker_client.Worker, note_worker
 _status_line, engine.status_line = engine.status_line, note_pass
 
 
-def beat(last: list[float] = [0.0]) -> float:  # noqa: B006  # its memory
-    now = time.monotonic()
-    if last[0]:
-        gaps.append(now - last[0] - BEAT)
-    last[0] = now
+def beat() -> float:
+    beats.append(time.monotonic())
     return BEAT
+
+
+def longest_stall() -> float:
+    """Of the main thread, in seconds since `beats` was cleared."""
+    return max(after - before for before, after in pairwise(beats)) - BEAT
 
 
 def rendering() -> bool:
@@ -68,13 +71,13 @@ def edit() -> Iterator[Step]:
 
 def steps() -> Iterator[Step]:
     bpy.app.timers.register(beat, persistent=True)
-    gaps.clear()
+    beats.clear()
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield lambda: len(told) >= 2
-    times["longest stall at the start"] = max(gaps)
-    gaps.clear()
+    times["longest stall at the start"] = longest_stall()
+    beats.clear()
     yield lambda: len(told) >= 16
-    times["longest stall while rendering"] = max(gaps)
+    times["longest stall while rendering"] = longest_stall()
     yield from screenshot(SCREENS / "f12.png")
     yield from edit()
     subprocess.Popen(["xdotool", "key", "Escape"])  # not waited for: Blender has to go on to see it
