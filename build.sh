@@ -80,7 +80,7 @@ demo)
     ;;
 test)
     setup
-    .venv/bin/python -m pytest --numprocesses=2 --dist=worksteal "$@"
+    .venv/bin/python -m pytest --numprocesses=2 --dist=loadgroup "$@"
     ;;
 check)
     setup

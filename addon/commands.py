@@ -49,7 +49,7 @@ def _export(options: argparse.Namespace) -> None:
     save(data, options.bundle)
     for loss in data.coverage:
         print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    print(f"wrote {options.bundle}, {len(data.coverage) or 'no'} thing(s) left out or replaced")
+    print(f"wrote {options.bundle}, {len(data.coverage) or 'nothing'} left out or replaced")
 
 
 def _render(options: argparse.Namespace) -> None:

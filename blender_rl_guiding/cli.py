@@ -70,7 +70,7 @@ def _export(options: argparse.Namespace) -> None:
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict)
     for loss in coverage:
         print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    print(f"wrote {options.bundle}, {len(coverage) or 'no'} thing(s) left out or replaced")
+    print(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
 
 
 def _render(options: argparse.Namespace) -> None:

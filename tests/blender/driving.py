@@ -1,5 +1,6 @@
 """Leads a Blender with a window through a script: steps of a generator, taken by a timer, so that Blender goes on meanwhile."""
 
+import faulthandler
 import json
 import subprocess
 import traceback
@@ -56,5 +57,6 @@ def drive(steps: Iterator[Step], result: Path, found: dict[str, Any]) -> None:
         bpy.ops.wm.quit_blender()
         return None
 
+    faulthandler.enable()  # says where, should Blender itself crash
     bpy.context.preferences.view.show_splash = False
     bpy.app.timers.register(tick, first_interval=1.0, persistent=True)

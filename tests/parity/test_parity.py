@@ -25,7 +25,8 @@ SAMPLES = 16  # ours, for each sample of one of Cycles' eight renders: twice as 
 WEAKEST = 0.02
 BLIND = [name for name, case in CASES.items() if case.blind]
 
-pytestmark = [pytest.mark.slow, pytest.mark.blender]
+# One group, which one process runs: the oracle is made once.
+pytestmark = [pytest.mark.slow, pytest.mark.blender, pytest.mark.xdist_group("parity")]
 
 
 @pytest.fixture(scope="session")
