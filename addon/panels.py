@@ -85,8 +85,8 @@ def draw(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, shown: list
         place = layout.column()
         place.active = not entry.when or getattr(group, entry.when[0]) == entry.when[1]
         place.prop(group, entry.name)
-        if entry.variants:
-            kind = getattr(group, entry.name)
+        kind = getattr(group, entry.name) if entry.variants else ""
+        if kind:  # a choice of another version reads as none
             draw(layout, getattr(group, f"{entry.name}_{kind}"), _shown_in(entry.variants[kind], ""))
 
 

@@ -13,7 +13,7 @@ from . import running
 from .properties import REFERENCES
 from .show_operators import KINDS
 
-_THE_COMPARISONS = {"spp", "seconds", "passes", "denoise"}  # settings that are not the method's
+_NOT_OF_A_METHOD = {"spp", "seconds", "passes", "denoise"}  # the comparison has these for all methods, or not at all
 
 
 class _Panel:
@@ -104,7 +104,7 @@ def _draw_settings(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup
     """The panels of a render with these settings, each with a header that folds it."""
     for section in panels.sections(Render):
         group = panels.group_at(settings, section.path)
-        shown = [entry for entry in section.entries if entry.name not in _THE_COMPARISONS]
+        shown = [entry for entry in section.entries if entry.name not in _NOT_OF_A_METHOD]
         if group is None or not shown:
             continue
         header, body = layout.panel(f"RLG_compared_{section.name}", default_closed=section.title in panels.CLOSED)

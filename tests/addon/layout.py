@@ -20,6 +20,10 @@ class Layout:
 
     row = column = box = split = _inside
 
+    def panel(self, idname: str, default_closed: bool = False) -> "tuple[Layout, Layout]":
+        """Header and body; none stays closed here."""
+        return self._inside(), self._inside()
+
     def prop(self, owner: bpy.types.bpy_struct, name: str, **_: Any) -> None:
         assert name in owner.bl_rna.properties, name
         self.drawn.append(SimpleNamespace(kind="prop", owner=owner, name=name, active=self.active))

@@ -12,6 +12,7 @@ import pytest
 
 from addon import commands, environment, worker_client
 from addon.comparison import methods, operators, slots, workspace
+from addon.comparison.panels import RLG_PT_compare_method
 from addon.comparison.properties import BUDGETS, MEASURES, REFERENCES
 from addon.properties import write
 from blender_rl_guiding.errors import InputError
@@ -20,6 +21,7 @@ from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.render import render
 from blender_rl_guiding.schema import flags
 from blender_rl_guiding.settings import BSDF, DQN, PRESETS, QTable, Render, Uniform, method
+from tests.addon.layout import context, drawn
 
 from .conftest import Export
 
@@ -207,6 +209,7 @@ def test_a_choice_of_another_version_is_reported(scene: bpy.types.Scene):
         group["encoder"] = 12345
     with pytest.raises(InputError, match=r"method 'old': its Encoder was chosen in another version"):
         methods.all_of(comparison)
+    assert "encoder" in drawn(RLG_PT_compare_method, context(scene)).names, "or it could not be chosen again"
 
 
 def test_a_number_beyond_the_limits_of_this_version_is_reported(scene: bpy.types.Scene):
