@@ -16,7 +16,8 @@ usage() {
 ./build.sh test      run the tests, two at a time; further arguments go to pytest, e.g. -k metrics, or -n 0 for one at a time
 ./build.sh check     formatter, linter, type checker, import contracts
 ./build.sh bench     speed against Mitsuba and Cycles, in out/bench/latest.json; `bench size`: memory, time and noise
-                     against triangles, emitters and pixels, in out/bench/size.json
+                     against triangles, emitters and pixels, in out/bench/size.json; `bench window`: how long F12 keeps
+                     Blender's window from answering, beside Cycles, in out/bench/window.json
 ./build.sh extension make the zip to install in Blender 4.5 or 5.2, out/rl_guided-<version>.zip; a further argument names another folder
 EOF
 }

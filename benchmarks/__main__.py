@@ -1,6 +1,6 @@
 """Runs the benchmark of speed: all programs take turns in one session, so that only ratios of the same minute are compared.
 
-`python -m benchmarks size` measures sizes instead.
+`python -m benchmarks size` measures sizes instead, `python -m benchmarks window` how long F12 keeps Blender's window.
 """
 
 import glob
@@ -21,7 +21,7 @@ from rich.table import Table
 
 from blender_rl_guiding.errors import InputError, atomic
 
-from . import size
+from . import size, window
 
 TOLERANCE = 0.01  # of the mean radiance; beyond it, the programs do not render the same
 OUT = Path(__file__).parents[1] / "out" / "bench" / "latest.json"
@@ -186,9 +186,9 @@ def speed() -> int:
 
 def main(arguments: list[str]) -> int:
     """Speed, or what the one argument says; returns the exit status."""
-    benchmarks = {(): speed, ("size",): size.main}
+    benchmarks = {(): speed, ("size",): size.main, ("window",): window.main}
     if tuple(arguments) not in benchmarks:
-        print(f"bench: there is no benchmark {' '.join(arguments)!r}, only size, and speed without an argument", file=sys.stderr)
+        print(f"bench: there is no benchmark {' '.join(arguments)!r}, only size, window, and speed without an argument", file=sys.stderr)
         return 2
     return benchmarks[tuple(arguments)]()
 
