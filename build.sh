@@ -81,7 +81,7 @@ demo)
     ;;
 test)
     setup
-    .venv/bin/python -m pytest --numprocesses=2 --dist=loadgroup "$@"
+    .venv/bin/python -m pytest --numprocesses=2 "$@"
     ;;
 check)
     setup

@@ -60,7 +60,7 @@ def main() -> int:
 
 def show(console: Console, found: list[dict[str, Any]]) -> None:
     """A row for each place, and the seconds of all rounds."""
-    table = Table(title="F12 on c1, seconds", *("", "engine", "longest stall", "from Esc to the end"))
+    table = Table("", "engine", "longest stall", "from Esc to the end", title="F12 on c1, seconds")
     for place, words in PLACES.items():
         for engine in ("RL_GUIDED", "CYCLES"):
             rows = [row for row in found if (row["engine"], row["place"]) == (engine, place)]

@@ -1,13 +1,34 @@
 """What every test may ask for, and the time that compiling takes, kept out of what tests measure."""
 
+import fcntl
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from blender_rl_guiding.render import warm_up
 from blender_rl_guiding.settings import DQN, Machine
+
+Once = Callable[[str, Callable[[Path], None]], Path]
+
+
+@pytest.fixture(scope="session")
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> Once:
+    """A folder by its name, which the first that asks for it fills; the other processes that run tests wait for it and share it."""
+    own = tmp_path_factory.getbasetemp()
+    common = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+    def folder(name: str, make: Callable[[Path], None]) -> Path:
+        with (common / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not (common / name).exists():
+                part = tmp_path_factory.mktemp(name)
+                make(part)
+                part.rename(common / name)
+        return common / name
+
+    return folder
 
 
 @pytest.fixture(scope="session")

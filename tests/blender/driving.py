@@ -10,9 +10,11 @@ from typing import Any
 
 import bpy
 
+from tests.patience import PATIENCE
+
 Step = float | Callable[[], object]  # seconds to wait, or what must become true
-PATIENCE = 90.0  # seconds for each thing that is waited for
 LOOK = 0.1  # seconds between two looks
+TRY_AGAIN = 200  # looks before a click is taken for lost
 
 
 def run(*command: str) -> Iterator[Step]:
@@ -23,14 +25,52 @@ def run(*command: str) -> Iterator[Step]:
     yield 0.4
 
 
+def drawn() -> Iterator[Step]:
+    """All windows are laid out and drawn as the data is now, however long that takes."""
+    yield LOOK  # what was changed is told to the windows first
+    for window in bpy.context.window_manager.windows:
+        with bpy.context.temp_override(window=window):
+            bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
+    yield LOOK
+
+
+def until(reached: Callable[[], object], act: Callable[[], Iterator[Step]]) -> Iterator[Step]:
+    """Act, and act again where it was in vain: a busy computer may draw a button after the click that was meant for it."""
+    tries = int(PATIENCE / (TRY_AGAIN * LOOK))
+    for _ in range(tries):
+        yield from drawn()
+        yield from act()
+        for _ in range(TRY_AGAIN):
+            if reached():
+                return
+            yield LOOK
+    raise AssertionError(f"in vain, {tries} times: line {reached.__code__.co_firstlineno}")
+
+
 def click(place: tuple[int, int], times: int = 1) -> Iterator[Step]:
     """The left button, at pixels of the screen from its top left corner."""
     yield from run("xdotool", "mousemove", *map(str, place))
     yield from run("xdotool", "click", "--repeat", str(times), "--delay", "80", "1")
 
 
+def click_until(place: tuple[int, int], reached: Callable[[], object]) -> Iterator[Step]:
+    """A click, and what it must bring about."""
+    yield from until(reached, lambda: click(place))
+
+
+def escape_until(reached: Callable[[], object]) -> Iterator[Step]:
+    """The key Esc, and what it must bring about."""
+
+    def press() -> Iterator[Step]:
+        subprocess.Popen(["xdotool", "key", "Escape"])  # not waited for: Blender has to go on to see it
+        yield LOOK
+
+    yield from until(reached, press)
+
+
 def screenshot(path: Path) -> Iterator[Step]:
-    """The whole screen, as a PNG."""
+    """The whole screen as it is now, as a PNG."""
+    yield from drawn()
     yield from run("import", "-window", "root", str(path))
 
 

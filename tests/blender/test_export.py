@@ -14,6 +14,7 @@ from blender_rl_guiding.scene import blend
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.description import Closure, Loss
 from tests.blender.blenders import EXECUTABLE, ROOT
+from tests.patience import PATIENCE
 
 C1 = ROOT / "scenes" / "c1.blend"
 
@@ -170,9 +171,10 @@ def test_a_place_that_cannot_be_written(tmp_path: Path):
 
 def test_interruption_ends_the_child_and_leaves_nothing(tmp_path: Path):
     program = """
-import sys
+import signal, sys
 from pathlib import Path
 from blender_rl_guiding.scene import blend
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background jobs ignore it
 def told(child, path):
     print(child.pid, flush=True)
     return real(child, path)
@@ -180,19 +182,19 @@ real, blend._coverage = blend._coverage, told
 scene, bundle, blender = map(Path, sys.argv[1:])
 blend.export(scene, bundle, blender=blender)
 """
-    command = [sys.executable, "-c", program, C1, tmp_path / "out" / "c1.npz", script(tmp_path / "blender", "exec sleep 60")]
+    command = [sys.executable, "-c", program, C1, tmp_path / "out" / "c1.npz", script(tmp_path / "blender", "exec sleep 3600")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as parent:
         assert parent.stdout
         child = int(parent.stdout.readline())
         parent.send_signal(signal.SIGINT)
-        assert parent.wait(timeout=10) != 0
+        assert parent.wait(timeout=PATIENCE) != 0
     assert list((tmp_path / "out").iterdir()) == []
     with pytest.raises(ProcessLookupError):
         os.kill(child, 0)
 
 
 def test_whoever_does_not_wait_for_a_scene_leaves_no_child(tmp_path: Path):
-    with blend.opening(C1, script(tmp_path / "blender", f"echo $$ > {tmp_path}/pid; exec sleep 60")):
+    with blend.opening(C1, script(tmp_path / "blender", f"echo $$ > {tmp_path}/pid; exec sleep 3600")):
         while not (tmp_path / "pid").exists() or not (tmp_path / "pid").read_text():
             time.sleep(0.02)
     with pytest.raises(ProcessLookupError):

@@ -17,6 +17,7 @@ from blender_rl_guiding.cli import main as rlg
 from blender_rl_guiding.images import read_exr
 from tests.blender import blenders
 from tests.blender.blenders import ROOT
+from tests.patience import PATIENCE
 
 SCRIPT = Path(__file__).with_name("life_cycle.py")
 NEWER = "0.2.0"
@@ -120,7 +121,7 @@ def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path, compile
             env=environment,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=PATIENCE,
             check=False,
         )
         said = done.stdout + done.stderr
@@ -147,7 +148,7 @@ def test_renders_without_a_window(archive: Path, tmp_path: Path, compiled: None)
         return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
     def end(child: subprocess.Popen[str]) -> None:
-        said, _ = child.communicate(timeout=200)
+        said, _ = child.communicate(timeout=PATIENCE)
         assert child.returncode == 0, said
         assert "Error" not in said, said
 
@@ -177,7 +178,7 @@ def test_in_the_window(archive: Path, tmp_path: Path):
         [str(blenders.EXECUTABLE), "--python", str(script), "--", str(archive), str(tmp_path), str(screens), sys.executable],
         env=environment | {"SCREEN": "1600x1000x24"},
         capture_output=True,
-        timeout=300,
+        timeout=PATIENCE,
         check=False,
     )
     assert json.loads((tmp_path / "result.json").read_text()) == {}

@@ -4,7 +4,6 @@ Compares two methods by the panel's button while a render goes on, looks at what
 compares with Cycles, saves and reloads. What was found goes to RESULT, screenshots to SCREENS.
 """
 
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +17,7 @@ import addon
 from addon import cycles_panels, environment, panels
 from addon.comparison import running
 from addon.comparison.panels import RLG_PT_compare, RLG_PT_compare_method
-from tests.blender.driving import Step, click, drive, run, screenshot
+from tests.blender.driving import Step, click_until, drawn, drive, escape_until, run, screenshot
 
 SCREENS, RESULT, PYTHON = map(Path, sys.argv[-3:])
 BUTTON, SPHERE = (1570, 721), (698, 815)  # on the screen
@@ -52,27 +51,24 @@ def arrange() -> Iterator[Step]:
         area = next(area for area in window().screen.areas if area.type == kind)
         with bpy.context.temp_override(window=window(), area=area):
             bpy.ops.screen.area_close()
-        yield 0.5
+        yield from drawn()
     for area in window().screen.areas:
         if area.type == "PROPERTIES":
             area.spaces.active.context = "RENDER"
         if area.type == "VIEW_3D":
             area.spaces.active.region_3d.view_perspective = "CAMERA"
-    yield 1.0
 
 
 def compare() -> Iterator[Step]:
     """By the button in the panel, with a render of Blender's own beside it."""
     yield from screenshot(SCREENS / "compare.png")
-    yield from click(BUTTON)
-    yield lambda: not idle()
+    yield from click_until(BUTTON, lambda: not idle())
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield lambda: rendering() and running.STATE.work and running.STATE.work.status.share > 0
     yield from screenshot(SCREENS / "compare-under-way.png")
     yield idle
     found["beside"] = "a render went on" if rendering() else "no render"
-    subprocess.Popen(["xdotool", "key", "Escape"])
-    yield lambda: not rendering()
+    yield from escape_until(lambda: not rendering())
     found["words"] = ended()
     yield from screenshot(SCREENS / "compare-done.png")
     rows = comparison().results
@@ -83,21 +79,19 @@ def look() -> Iterator[Step]:
     for kind in ("IMAGES", "ERRORS", "PICTURES"):
         with bpy.context.temp_override(window=window()):
             bpy.ops.rl_guided.side_by_side(kind=kind)
-        yield 3.0
         yield from screenshot(SCREENS / f"compare-{kind.lower()}.png")
     with bpy.context.temp_override(window=window()):
         bpy.ops.rl_guided.to_slots()
     found["slots"] = [slot.name for slot in bpy.data.images["Render Result"].render_slots if slot.name in {"reference", *found["results"]}]
     window().workspace = bpy.data.workspaces["Layout"]
-    yield 1.0
+    yield from drawn()
 
 
 def learnt() -> Iterator[Step]:
     """Pick a point by a click into the viewport, and look at Q there."""
     with bpy.context.temp_override(window=window()):
         bpy.ops.rl_guided.pick("INVOKE_DEFAULT")
-    yield from click(SPHERE)
-    yield lambda: comparison().use_probe
+    yield from click_until(SPHERE, lambda: comparison().use_probe)
     found["probe"] = list(comparison().probe)
     comparison().active_method = 1
     bpy.ops.rl_guided.inspect()
@@ -106,7 +100,6 @@ def learnt() -> Iterator[Step]:
     area = max(window().screen.areas, key=lambda area: area.width * area.height)
     area.type = "IMAGE_EDITOR"
     area.spaces.active.image = bpy.data.images[found["inspected"].split("'")[1]]
-    yield 1.0
     yield from screenshot(SCREENS / "compare-learnt.png")
 
 
@@ -121,7 +114,7 @@ def with_cycles() -> Iterator[Step]:
 def reopen() -> Iterator[Step]:
     bpy.ops.wm.save_mainfile()
     bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
-    yield 1.0
+    yield from drawn()
     images = [image for row in comparison().results for image in (row.image, row.heat)]
     found["reopened"] = [image.name for image in images if image.size[0] and image.filepath.startswith("//")]
 

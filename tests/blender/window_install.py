@@ -16,7 +16,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.blender.driving import Step, click, drive, run, screenshot
+from tests.blender.driving import Step, click, click_until, drive, run, screenshot, until
 
 sys.path.pop(0)  # the add-on must bring its own package
 
@@ -36,27 +36,27 @@ ASIDE = (200, 560)
 COMMAND = "/home/me/blender_rl_guiding/build.sh setup numba"
 
 
-def click_until(place: tuple[int, int], reached: Callable[[], object]) -> Iterator[Step]:
-    """A busy computer may draw a button after the click that was meant for it."""
-    for _ in range(8):
-        yield from click(place)
-        for _ in range(20):
-            if reached():
-                return
-            yield 0.25
-    raise AssertionError(f"clicked at {place} in vain")
+def enter(field: tuple[int, int], text: str, reached: Callable[[], object]) -> Iterator[Step]:
+    """Type a text into a field by two clicks."""
+
+    def act() -> Iterator[Step]:
+        yield from click(field, times=2)
+        yield from run("xdotool", "key", "ctrl+a")
+        yield from run("xdotool", "type", "--delay", "15", text)
+        yield from run("xdotool", "key", "Return")
+
+    yield from until(reached, act)
 
 
-def enter(text: str) -> Iterator[Step]:
-    yield from run("xdotool", "key", "ctrl+a")
-    yield from run("xdotool", "type", "--delay", "15", text)
-    yield from run("xdotool", "key", "Return")
+def from_disk() -> Iterator[Step]:
+    """The entry of the menu that opens the file browser."""
+    yield from click(MENU)
+    yield from run("xdotool", "key", "f")
 
 
 def picture(name: str) -> Iterator[Step]:
     """A screenshot without a button lit up below the mouse."""
     yield from run("xdotool", "mousemove", *map(str, ASIDE))
-    yield 0.3
     yield from screenshot(SCREENS / f"{name}.png")
 
 
@@ -98,20 +98,11 @@ def file_browser() -> Any:
 
 def install() -> Iterator[Step]:
     bpy.ops.screen.userpref_show("INVOKE_DEFAULT", section="EXTENSIONS")
-    yield 1.5
-    yield from click(MENU)
-    yield from run("xdotool", "key", "f")  # Install from Disk
-    yield lambda: file_browser()
-    yield 1.0
-    yield from click(FILE_FOLDER, times=2)
-    yield from enter(f"{ARCHIVE.parent}/")
-    yield lambda: Path(os.fsdecode(file_browser().directory)) == ARCHIVE.parent
-    yield from click(FILE_NAME, times=2)
-    yield from enter(ARCHIVE.name)
-    yield lambda: file_browser().filename == ARCHIVE.name
+    yield from until(file_browser, from_disk)
+    yield from enter(FILE_FOLDER, f"{ARCHIVE.parent}/", lambda: Path(os.fsdecode(file_browser().directory)) == ARCHIVE.parent)
+    yield from enter(FILE_NAME, ARCHIVE.name, lambda: file_browser().filename == ARCHIVE.name)
     yield from picture("install-from-disk")
     yield from click_until(FILE_ACCEPT, lambda: MODULE in bpy.context.preferences.addons)
-    yield 0.5
 
 
 def unfolded() -> bool:

@@ -3,7 +3,6 @@
 Renders with F12, edits the scene meanwhile, presses Esc, then has the renderer die. What was found goes to RESULT, screenshots to SCREENS.
 """
 
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import addon
 from addon import engine, environment, worker_client
-from tests.blender.driving import Step, drive, run, screenshot
+from tests.blender.driving import Step, drive, escape_until, run, screenshot
 
 SCREENS, RESULT, PYTHON = map(Path, sys.argv[-3:])
 told: list[int] = []  # samples, at each pass that the engine heard of
@@ -59,8 +58,7 @@ def steps() -> Iterator[Step]:
     yield lambda: len(told) >= 8
     yield from screenshot(SCREENS / "f12.png")
     yield from edit()
-    subprocess.Popen(["xdotool", "key", "Escape"])  # not waited for: Blender has to go on to see it
-    yield lambda: not rendering()
+    yield from escape_until(lambda: not rendering())
     found["told"] = [*told]
     yield from screenshot(SCREENS / "f12-cancelled.png")
     found["silent"] = len(told) == len(found["told"])
@@ -78,10 +76,9 @@ def death() -> Iterator[Step]:
             workers[-1]._child.kill()
         else:
             found["again"] = rendering()
-            subprocess.Popen(["xdotool", "key", "Escape"])
+            yield from escape_until(lambda: not rendering())
         yield lambda: not rendering()
         yield from run("xdotool", "mousemove", "500", "1200", "mousemove", "520", "1200")  # Blender tells at the next event
-        yield 1.0
         yield from screenshot(SCREENS / f"f12-{outcome}.png")
 
 

@@ -15,6 +15,7 @@ from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import Render
+from tests.conftest import Once
 from tests.parity.cases import CASES, Case
 from tests.significance import Estimate, assert_same, detectable_difference, pooled
 
@@ -25,20 +26,21 @@ SAMPLES = 16  # ours, for each sample of one of Cycles' eight renders: twice as 
 WEAKEST = 0.02
 BLIND = [name for name, case in CASES.items() if case.blind]
 
-# One group, which one process runs: the oracle is made once.
-pytestmark = [pytest.mark.slow, pytest.mark.blender, pytest.mark.xdist_group("parity")]
+pytestmark = [pytest.mark.slow, pytest.mark.blender]
 
 
 @pytest.fixture(scope="session")
-def oracle(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def oracle(request: pytest.FixtureRequest, made_once: Once) -> Path:
     """A folder with what Cycles and the exporter made of every case that is going to be tested."""
-    folder = tmp_path_factory.mktemp("oracle")
     items = [item for item in request.session.items if item.path == Path(__file__)]
     names = list(dict.fromkeys(item.callspec.params["name"] for item in items))
-    commands = [[sys.executable, "-m", "tests.parity.oracle", folder, *names[k::PROCESSES]] for k in range(PROCESSES)]
-    children = [subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL) for command in commands]
-    assert [child.wait() for child in children] == [0] * PROCESSES
-    return folder
+
+    def make(folder: Path) -> None:
+        commands = [[sys.executable, "-m", "tests.parity.oracle", folder, *names[k::PROCESSES]] for k in range(PROCESSES)]
+        children = [subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL) for command in commands]
+        assert [child.wait() for child in children] == [0] * PROCESSES
+
+    return made_once("parity", make)
 
 
 def read_oracle(folder: Path, name: str) -> tuple[Estimate, SceneData]:

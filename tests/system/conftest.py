@@ -13,6 +13,7 @@ import pytest
 from blender_rl_guiding import cli
 from blender_rl_guiding.scene.bundle import save
 from tests import scenes
+from tests.patience import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -67,20 +68,20 @@ def rlg_process(compiled: None) -> Run:
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-c", "import sys; from blender_rl_guiding.cli import main; sys.exit(main())", *map(str, arguments)]
-        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE)
 
     return run
 
 
 @pytest.fixture
-def interrupted(compiled: None) -> Callable[..., tuple[int, float, str]]:
+def interrupted(compiled: None) -> Callable[..., tuple[int, str]]:
     """`rlg` with arguments, sent SIGINT when it comes to `moment` ("module:class:function") for the `nth` time.
 
-    Returns its status, the seconds until it and all its children had ended, and what they said on stderr. With `group` the children
-    are sent SIGINT, too, as a terminal does.
+    Waits until it and all its children have ended; returns its status and what they said on stderr. With `group` the children are sent
+    SIGINT, too, as a terminal does.
     """
 
-    def run(moment: str, nth: int, *arguments: object, after: float = 0.05, group: bool = False) -> tuple[int, float, str]:
+    def run(moment: str, nth: int, *arguments: object, after: float = 0.05, group: bool = False) -> tuple[int, str]:
         command, pipe = [sys.executable, "-c", TELLING, moment, *map(str, arguments)], subprocess.PIPE
         with subprocess.Popen(command, cwd=ROOT, stdout=pipe, stderr=pipe, text=True, start_new_session=group) as process:
             assert process.stdout
@@ -90,9 +91,8 @@ def interrupted(compiled: None) -> Callable[..., tuple[int, float, str]]:
                 assert line, f"ended before {moment}: {process.stderr.read() if process.stderr else ''}"
                 seen += line == "now\n"
             time.sleep(after)
-            start = time.monotonic()
             os.killpg(process.pid, signal.SIGINT) if group else process.send_signal(signal.SIGINT)
-            _, said = process.communicate(timeout=60)
-            return process.returncode, time.monotonic() - start, said
+            _, said = process.communicate(timeout=PATIENCE)
+            return process.returncode, said
 
     return run

@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command within two seconds and leaves whole files or none."""
+"""Ctrl-C ends a command long before its work is done, and leaves whole files or none."""
 
 import json
 from dataclasses import replace
@@ -14,7 +14,6 @@ from blender_rl_guiding.settings import DQN, Machine, Render, Uniform
 from tests import scenes
 
 C1 = Path(__file__).resolve().parents[2] / "scenes" / "c1.blend"
-PROMPT = 2.0  # seconds
 TRACING, LEARNING = "render.renderer:PassTracer:trace", "guiding.dqn:DQNGuide:learn"
 LONG_LEARNING = ["--guide", "dqn", "--dqn.learning-starts", "64", "--dqn.first-steps", "5", "--dqn.steps", "100000"]
 
@@ -44,15 +43,15 @@ def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
 
 def test_while_rendering_it_keeps_the_finished_samples(interrupted, large, tmp_path):
     flags = ["--spp", 1000, "--guide", "uniform", "--seconds", 1000]  # with a limit passes are short, and so is what is rendered again here
-    status, seconds, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # 3 passes are for warming up
-    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    status, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # 3 passes are for warming up
+    assert status == 130, said
     assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform(), seconds=1000.0))
     assert said.splitlines()[-1].startswith("rlg: interrupted after ")
 
 
 def test_while_rendering_the_first_pass_it_leaves_nothing(interrupted, large, tmp_path):
-    status, seconds, said = interrupted(TRACING, 2, "render", large, "--out", tmp_path / "out", "--spp", 1000)
-    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    status, said = interrupted(TRACING, 2, "render", large, "--out", tmp_path / "out", "--spp", 1000)
+    assert status == 130, said
     assert everything(tmp_path) == {"tiny.npz"}
     assert said.splitlines()[-1] == "rlg: interrupted after 0 of 1000 samples"
 
@@ -60,8 +59,8 @@ def test_while_rendering_the_first_pass_it_leaves_nothing(interrupted, large, tm
 @pytest.mark.parametrize("after", [0.02, 0.5])
 def test_while_learning_it_keeps_the_finished_samples(interrupted, bundle, tmp_path, after):
     arguments = ["render", bundle, "--out", tmp_path / "out", "--spp", 1000, *LONG_LEARNING]
-    status, seconds, said = interrupted(LEARNING, 4, *arguments, after=after)  # warming up learns twice
-    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    status, said = interrupted(LEARNING, 4, *arguments, after=after)  # warming up learns twice
+    assert status == 130, said
     guide = DQN(learning_starts=64, first_steps=5, steps=100000)
     assert_whole(tmp_path / "out", load(bundle), Render(spp=1000, guide=guide))
 
@@ -72,8 +71,8 @@ def test_while_learning_it_keeps_the_finished_samples(interrupted, bundle, tmp_p
 )
 def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_path, monkeypatch, moment, scene):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # where Blender exports to meanwhile
-    status, seconds, said = interrupted(moment, 1, "render", tmp_path / scene, "--out", tmp_path / "out", after=0.01)
-    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    status, said = interrupted(moment, 1, "render", tmp_path / scene, "--out", tmp_path / "out", after=0.01)
+    assert status == 130, said
     assert everything(tmp_path) == {"tiny.npz"}
     assert said.splitlines()[-1].startswith("rlg: interrupted")
 
@@ -81,8 +80,8 @@ def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_
 @pytest.mark.parametrize("after", [0.1, 0.5])
 def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
     arguments = ["export", C1, tmp_path / "c1.npz"]
-    status, seconds, said = interrupted("scene.blend::_coverage", 1, *arguments, after=after)
-    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    status, said = interrupted("scene.blend::_coverage", 1, *arguments, after=after)
+    assert status == 130, said
     assert everything(tmp_path) == set()
     assert said.splitlines()[-1] == "rlg: interrupted"
 
@@ -91,8 +90,8 @@ def test_with_jobs_all_processes_end(interrupted, bundle, tmp_path):
     """The fixture waits for the children, too: they share the command's stderr."""
     command = ["compare", bundle, "--methods", "dqn", "--seeds", 2, "--spp", 1000, "--reference-spp", 1, "--jobs", 2, *LONG_LEARNING[2:]]
     moment = "experiments.forecast:Forecast:share"
-    status, seconds, said = interrupted(moment, 2, *command, "--out", tmp_path / "out", after=0.3, group=True)
-    assert (status, seconds < PROMPT) == (130, True), (seconds, said)
+    status, said = interrupted(moment, 2, *command, "--out", tmp_path / "out", after=0.3, group=True)
+    assert status == 130, said
     assert said.splitlines()[-1] == "rlg: interrupted"
     assert "Traceback" not in said
     assert everything(tmp_path / "out") == {"experiment.json", "tiny", "reference.exr", "probe.json"}

@@ -30,8 +30,8 @@ def finished(out: Path) -> dict[str, int]:
 def test_an_interrupted_comparison_goes_on(rlg, interrupted, bundle, tmp_path):
     assert rlg("compare", bundle, *COMPARE, "--out", tmp_path / "whole").returncode == 0
     out = tmp_path / "cut"
-    status, seconds, said = interrupted("experiments.tasks::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
-    assert (status, seconds < 2) == (130, True), (seconds, said)
+    status, said = interrupted("experiments.tasks::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
+    assert status == 130, said
     assert said.splitlines()[-1] == "rlg: interrupted"
     before = finished(out)
     assert 2 <= len(before) < 4
@@ -50,7 +50,7 @@ def test_an_interrupted_comparison_goes_on(rlg, interrupted, bundle, tmp_path):
 def test_an_interrupted_reference_goes_on(rlg, interrupted, bundle, tmp_path):
     out = tmp_path / "out"
     command = ["compare", bundle, "--methods", "bsdf", "--spp", 1, "--reference-spp", 384, "--max-bounces", 3, "--out", out]
-    status, _, _ = interrupted("experiments.references::write_exr", 2, *command, after=0)
+    status, _ = interrupted("experiments.references::write_exr", 2, *command, after=0)
     assert status == 130
     blocks = list((Path(os.environ["XDG_CACHE_HOME"]) / "blender_rl_guiding" / "references").rglob("*-3-bounces/*.exr"))
     assert 1 <= len(blocks) < 3
@@ -85,8 +85,8 @@ def test_an_interrupted_sweep_with_jobs_goes_on(rlg, interrupted, tmp_path):
     sweep = ["sweep", "slides-resolution", "--scenes", tmp_path, "--seeds", 2, "--spp", 3, "--reference-spp", 128]
     assert rlg(*sweep, "--out", tmp_path / "whole").returncode == 0
     out = tmp_path / "cut"
-    status, seconds, said = interrupted("experiments.forecast:Forecast:end", 3, *sweep, "--out", out, "--jobs", 2, after=0)
-    assert (status, seconds < 2) == (130, True), (seconds, said)
+    status, said = interrupted("experiments.forecast:Forecast:end", 3, *sweep, "--out", out, "--jobs", 2, after=0)
+    assert status == 130, said
     before = finished(out)
     assert 3 <= len(before) < 10
     assert not list(out.rglob("report.html"))

@@ -19,11 +19,11 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import QTable, Render
 from tests import scenes
+from tests.patience import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 PYTHON = Path(sys.executable)
 SETTINGS = Render(spp=4, passes=True, guide=QTable(recorded=3000))
-PATIENCE = 120.0  # seconds for an event: kernels may have to be compiled
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_it_ends_with_its_stdin_whatever_it_is_doing(worker: Worker, bundle: Pat
     events(worker, last="pass")
     assert worker._child.stdin
     worker._child.stdin.close()
-    assert worker._child.wait(timeout=5) == 0
+    assert worker._child.wait(timeout=PATIENCE) == 0
 
 
 def test_why_it_died_is_told_every_time(worker: Worker):
@@ -172,7 +172,7 @@ def test_it_does_not_outlive_a_blender_that_is_killed(bundle: Path):
         pid = next(int(line.split()[1]) for line in parent.stdout if line.startswith("worker "))  # among what Blender prints
         assert running(pid)
         parent.kill()
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while running(pid):
         assert time.monotonic() < deadline, f"process {pid} is still there"
         time.sleep(0.05)

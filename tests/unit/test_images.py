@@ -11,6 +11,7 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.images import read_exr, to_display, write_exr, write_layers, write_png
+from tests.patience import PATIENCE
 
 
 @pytest.fixture
@@ -119,7 +120,7 @@ for kind, path in (("IMAGE", sys.argv[1]), ("MULTI_LAYER_IMAGE", sys.argv[2])):
 
 
 def run(script: str, *arguments: Path | str) -> None:
-    subprocess.run([sys.executable, "-c", script, *map(str, arguments)], check=True, capture_output=True, timeout=120)
+    subprocess.run([sys.executable, "-c", script, *map(str, arguments)], check=True, capture_output=True, timeout=PATIENCE)
 
 
 @pytest.mark.blender
