@@ -4,6 +4,7 @@ embreex offers batches of rays only and no masks, so its Embree 4 is called dire
 """
 
 import ctypes
+import math
 import weakref
 from typing import NamedTuple
 
@@ -62,7 +63,7 @@ class Surface(NamedTuple):
 
     embree: int  # address of the RTCScene
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
-    vertices: np.ndarray  # (V, 3) float32
+    vertices: np.ndarray  # (V, 3) float32, from the scene's origin
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
@@ -75,7 +76,10 @@ class Geometry:
 
     def __init__(self, scene: SceneData) -> None:
         self._scene = scene  # Embree reads its triangles where they are
-        self._vertices = np.append(scene.vertices.ravel(), F(0))  # Embree reads 16 bytes of the last vertex, too
+        self._numbers = np.zeros(scene.vertices.size + 1, F)  # Embree reads 16 bytes of the last vertex, too
+        vertices = self._numbers[:-1].reshape(-1, 3)
+        np.subtract(scene.vertices, scene.origin, out=vertices)
+        vertices.setflags(write=False)
         device = _library.rtcNewDevice(None)
         handle = _library.rtcNewScene(device)
         weakref.finalize(self, _release, handle, device)
@@ -85,8 +89,8 @@ class Geometry:
         if error := _library.rtcGetDeviceError(device):
             raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles: error {error}")
         smooth = np.empty(len(scene.triangles), bool)
-        find_smooth(scene.vertices, scene.triangles, scene.normals, smooth)
-        self.surface = Surface(handle, first, scene.vertices, scene.triangles, scene.normals, smooth, scene.material, scene.object)
+        find_smooth(vertices, scene.triangles, scene.normals, smooth)
+        self.surface = Surface(handle, first, vertices, scene.triangles, scene.normals, smooth, scene.material, scene.object)
 
     def _attach(self, device: int, handle: int) -> np.ndarray:
         """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""
@@ -97,9 +101,7 @@ class Geometry:
             geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
             corners, count = scene.triangles[start:end].ctypes.data, int(end - start)
             _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners, 0, 12, count)
-            _library.rtcSetSharedGeometryBuffer(
-                geometry, _VERTEX_BUFFER, 0, _FLOAT3, self._vertices.ctypes.data, 0, 12, len(scene.vertices)
-            )
+            _library.rtcSetSharedGeometryBuffer(geometry, _VERTEX_BUFFER, 0, _FLOAT3, self._numbers.ctypes.data, 0, 12, len(scene.vertices))
             _library.rtcSetGeometryMask(geometry, int(seen[start]))
             _library.rtcCommitGeometry(geometry)
             _library.rtcAttachGeometry(handle, geometry)
@@ -190,7 +192,38 @@ def facing(surface, rays, triangle, ray):
 
 
 @part
-def off_surface(point, side, distance):
-    """Move a hit point along the unit vector `side`, by more than the rounding error of a hit at that distance."""
-    size = max(max(abs(point[0]), abs(point[1])), max(abs(point[2]), distance))
-    return add(point, scale(side, F(3e-5) * size))
+def hit_point(surface, triangle, u, v, ng):
+    """The point of a triangle at barycentrics u, v, and how far along the unit normal ng rounding may part it from the triangle.
+
+    The distance along the ray would give a point that is the less exact the further it is away.
+    """
+    corners = surface.triangles[triangle]
+    a, b, c = vector(surface.vertices, corners[0]), vector(surface.vertices, corners[1]), vector(surface.vertices, corners[2])
+    e, f = subtract(b, a), subtract(c, a)
+    x = add(a, add(scale(e, u), scale(f, v)))
+    return x, rounding(x, e, f, ng)
+
+
+@part
+def rounding(x, e, f, ng):
+    """A bound on how far x and what Embree takes for its triangle may lie apart along the unit normal ng; e and f are two edges.
+
+    The first part is for positions and edges, as far as they lie along ng; the second for the plane of a sliver, which tilts with the
+    rounding of the edges' cross product. Both are twice of what was found to be needed.
+    """
+    normal = cross(e, f)
+    placed, tilt, size = F(0), F(0), F(0)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        along = max(abs(e[i]), abs(f[i]))
+        placed += abs(ng[i]) * (abs(x[i]) + abs(e[i]) + abs(f[i]))
+        tilt += along * (abs(e[j] * f[k]) + abs(e[k] * f[j]))
+        size += along
+    area = max(math.sqrt(dot(normal, normal)), F(1e-30))
+    return F(2**-22) * placed + F(2**-23) * min(tilt / area, F(4096) * size)
+
+
+@part
+def off_surface(x, side, error):
+    """x moved along the unit vector `side` by no more than rounding asks for: see `hit_point`."""
+    return add(x, scale(side, error))
