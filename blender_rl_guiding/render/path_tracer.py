@@ -110,7 +110,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         # --- surface: x, n -----------------------------------------------------------------------------------------------
         wo = scale(ray, F(-1))
         n, ng, behind = facing(stage.surface, rays, triangle, ray)
-        x, error = hit_point(stage.surface, triangle, hit_u, hit_v, ng)
+        x, error = hit_point(stage.surface, triangle, hit_u, hit_v), stage.surface.error[triangle]
         travelled += distance
         shader, object_ = np.int64(stage.surface.material[triangle]), stage.surface.object[triangle]
         if stage.plain[shader]:
@@ -197,7 +197,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
                         arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
                     if shadow:
                         counts[0] += 1
-                        from_x, to_light, reach = shadow_ray(stage.surface, triangle, hit_u, hit_v, x, error, n, ng, wi, far_light)
+                        from_x, to_light, reach = shadow_ray(stage.surface, triangle, hit_u, hit_v, x, n, ng, wi, far_light)
                         arriving = multiply(
                             arriving, passes_on(stage, limits.transparent - transparent, scratch, from_x, to_light, reach, scattered + 1)
                         )

@@ -92,7 +92,7 @@ def passes_on(stage, passages, scratch, origin, wi, reach, depth):
             return ZERO
         step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
         n, ng, behind = facing(stage.surface, rays, triangle, wi)
-        (x, error), object_ = hit_point(stage.surface, triangle, u, v, ng), stage.surface.object[triangle]
+        x, object_ = hit_point(stage.surface, triangle, u, v), stage.surface.object[triangle]
         wo = scale(wi, F(-1))
         travelled += step
         point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, travelled, depth))
@@ -100,5 +100,5 @@ def passes_on(stage, passages, scratch, origin, wi, reach, depth):
         share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
         if luminance(share) <= F(0):
             return ZERO
-        origin, reach = off_surface(x, scale(ng, F(-1)), error), reach - step
+        origin, reach = off_surface(x, scale(ng, F(-1)), stage.surface.error[triangle]), reach - step
     return ZERO
