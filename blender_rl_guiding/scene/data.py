@@ -17,6 +17,7 @@ import numpy as np
 from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value
 
 TABLE_SIZE = 256
+_GRID = 64.0  # metres
 _BLOCK = 1 << 16  # triangles, or numbers, whose arithmetic stays in the cache
 _FILTERS, _CAMERAS, _LAMPS = (
     ("box", "gaussian", "blackman_harris"),
@@ -95,8 +96,25 @@ class SceneData:
         self.__post_init__()
 
     @cached_property
+    def origin(self) -> np.ndarray:
+        """(3,) float32, what the renderer counts positions from, so that rounding is small near the camera however far it is from 0.
+
+        It is the corner of a grid next to the camera, or to the point of the scene's box next to that. As the steps of the grid are
+        whole, nothing is rounded by the subtraction; and scenes near 0 stay where they are.
+        """
+        near = np.clip(np.array(self.camera.to_world)[:3, 3], *self._box)
+        origin = (np.round(near / _GRID) * _GRID).astype(np.float32)
+        origin.setflags(write=False)
+        return origin
+
+    @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of the box around the scene, (3,) float32 each."""
+        """Lowest and highest corner of the box around the scene, from its origin, (3,) float32 each."""
+        low, high = self._box
+        return low - self.origin, high - self.origin
+
+    @cached_property
+    def _box(self) -> tuple[np.ndarray, np.ndarray]:
         return self.vertices.min(axis=0), self.vertices.max(axis=0)
 
     @cached_property

@@ -4,6 +4,7 @@ embreex offers batches of rays only and no masks, so its Embree 4 is called dire
 """
 
 import ctypes
+import math
 import weakref
 from typing import NamedTuple
 
@@ -62,10 +63,11 @@ class Surface(NamedTuple):
 
     embree: int  # address of the RTCScene
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
-    vertices: np.ndarray  # (V, 3) float32
+    vertices: np.ndarray  # (V, 3) float32, from the scene's origin
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
+    error: np.ndarray  # (T,) float32, by how much rays start off the triangle: a bound on the rounding of its points
     material: np.ndarray  # (T,) int32
     object: np.ndarray  # (T,) int32
 
@@ -75,7 +77,10 @@ class Geometry:
 
     def __init__(self, scene: SceneData) -> None:
         self._scene = scene  # Embree reads its triangles where they are
-        self._vertices = np.append(scene.vertices.ravel(), F(0))  # Embree reads 16 bytes of the last vertex, too
+        self._numbers = np.zeros(scene.vertices.size + 1, F)  # Embree reads 16 bytes of the last vertex, too
+        vertices = self._numbers[:-1].reshape(-1, 3)
+        np.subtract(scene.vertices, scene.origin, out=vertices)
+        vertices.setflags(write=False)
         device = _library.rtcNewDevice(None)
         handle = _library.rtcNewScene(device)
         weakref.finalize(self, _release, handle, device)
@@ -84,9 +89,9 @@ class Geometry:
         _library.rtcCommitScene(handle)
         if error := _library.rtcGetDeviceError(device):
             raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles: error {error}")
-        smooth = np.empty(len(scene.triangles), bool)
-        find_smooth(scene.vertices, scene.triangles, scene.normals, smooth)
-        self.surface = Surface(handle, first, scene.vertices, scene.triangles, scene.normals, smooth, scene.material, scene.object)
+        smooth, error = np.empty(len(scene.triangles), bool), np.empty(len(scene.triangles), F)
+        measure(vertices, scene.triangles, scene.normals, smooth, error)
+        self.surface = Surface(handle, first, vertices, scene.triangles, scene.normals, smooth, error, scene.material, scene.object)
 
     def _attach(self, device: int, handle: int) -> np.ndarray:
         """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""
@@ -97,9 +102,7 @@ class Geometry:
             geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
             corners, count = scene.triangles[start:end].ctypes.data, int(end - start)
             _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners, 0, 12, count)
-            _library.rtcSetSharedGeometryBuffer(
-                geometry, _VERTEX_BUFFER, 0, _FLOAT3, self._vertices.ctypes.data, 0, 12, len(scene.vertices)
-            )
+            _library.rtcSetSharedGeometryBuffer(geometry, _VERTEX_BUFFER, 0, _FLOAT3, self._numbers.ctypes.data, 0, 12, len(scene.vertices))
             _library.rtcSetGeometryMask(geometry, int(seen[start]))
             _library.rtcCommitGeometry(geometry)
             _library.rtcAttachGeometry(handle, geometry)
@@ -113,13 +116,40 @@ def _release(scene: int, device: int) -> None:
 
 
 @kernel
-def find_smooth(vertices, triangles, normals, smooth):
-    """Write which triangles have shading normals of their own, by more than rounding."""
+def measure(vertices, triangles, normals, smooth, error):
+    """Write which triangles have shading normals of their own, by more than rounding; and how far rounding moves points off them."""
     for i in range(triangles.shape[0]):
         p, n = triangles[i], normals[i]
-        a = vector(vertices, p[0])
-        own = normalize(cross(subtract(vector(vertices, p[1]), a), subtract(vector(vertices, p[2]), a)))
+        a, b, c = vector(vertices, p[0]), vector(vertices, p[1]), vector(vertices, p[2])
+        own = normalize(cross(subtract(b, a), subtract(c, a)))
         smooth[i] = _differ(own, vector(n, 0)) or _differ(own, vector(n, 1)) or _differ(own, vector(n, 2))
+        error[i] = _rounding(a, subtract(b, a), subtract(c, a))
+
+
+@part
+def _rounding(a, e, f):
+    """A bound on how far, across a triangle, its points as `hit_point` has them and its plane as Embree has it lie apart.
+
+    The triangle has a corner a and from there the edges e and f. The first part is for the rounding of positions, as far as these lie
+    along the normal; the second for the plane of a sliver, which tilts with the rounding of the edges' cross product. Both are about
+    twice of what was found to be needed (decision 12).
+    """
+    a, e, f = _doubled(a), _doubled(e), _doubled(f)
+    n = cross(e, f)
+    area = max(math.sqrt(dot(n, n)), 1e-300)
+    placed, tilt, size = 0.0, 0.0, 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        edge = max(abs(e[i]), abs(f[i]))
+        placed += abs(n[i]) * (max(abs(a[i]), abs(a[i] + e[i]), abs(a[i] + f[i])) + abs(e[i]) + abs(f[i]))
+        tilt += edge * (abs(e[j] * f[k]) + abs(e[k] * f[j]))
+        size += edge
+    return F(2**-22 * placed / area + 2**-23 * min(tilt / area, 4096.0 * size))
+
+
+@part
+def _doubled(v):
+    return np.float64(v[0]), np.float64(v[1]), np.float64(v[2])
 
 
 @part
@@ -190,7 +220,14 @@ def facing(surface, rays, triangle, ray):
 
 
 @part
-def off_surface(point, side, distance):
-    """Move a hit point along the unit vector `side`, by more than the rounding error of a hit at that distance."""
-    size = max(max(abs(point[0]), abs(point[1])), max(abs(point[2]), distance))
-    return add(point, scale(side, F(3e-5) * size))
+def hit_point(surface, triangle, u, v):
+    """The point of a triangle at barycentrics u, v. The distance along the ray would give one the less exact the further away it is."""
+    corners = surface.triangles[triangle]
+    a, b, c = vector(surface.vertices, corners[0]), vector(surface.vertices, corners[1]), vector(surface.vertices, corners[2])
+    return add(a, add(scale(subtract(b, a), u), scale(subtract(c, a), v)))
+
+
+@part
+def off_surface(x, side, error):
+    """The point of a triangle moved along the unit vector `side`, by no more than the triangle's `error` asks for."""
+    return add(x, scale(side, error))

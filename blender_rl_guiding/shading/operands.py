@@ -34,10 +34,11 @@ class Shading(NamedTuple):
     attributes: np.ndarray  # (N, 3, 3) float32, see SceneData
     attribute_rows: np.ndarray  # (A, O) int64: first row minus the object's first triangle; NONE where an object lacks it
     object_attributes: np.ndarray  # (B, O, 3) float32
+    origin: np.ndarray  # (3,) float32, of points in world space
 
 
 class Point(NamedTuple):
-    """Where a shader is evaluated. Vectors are tuples in world space."""
+    """Where a shader is evaluated. Vectors are tuples in world space, x from the scene's origin."""
 
     x: tuple[F, F, F]
     n: tuple[F, F, F]  # shading normal, on wo's side of the surface

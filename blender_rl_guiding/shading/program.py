@@ -177,6 +177,7 @@ def _assets(scene: SceneData, bumps: bool) -> Shading:
         attributes=attributes,
         attribute_rows=rows.astype(np.int64),
         object_attributes=scene.object_attributes,
+        origin=scene.origin,
     )
 
 
