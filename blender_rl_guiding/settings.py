@@ -157,6 +157,9 @@ class Render(Settings):
         label="Time Limit",
     )
     seed: int = setting(0, "Seed of the random streams.", min=0, max=2**31 - 1)
+    sampler: Literal["stratified", "independent"] = setting(
+        "stratified", "A pixel's samples share out their random numbers evenly, or each draws its own: noisier, as the slides have it."
+    )
     emphasis: float = setting(
         0.0, "Sample i of a pixel counts i to this power: where a guide learns, later samples are better.", min=0.0, max=4.0
     )

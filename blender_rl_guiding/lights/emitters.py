@@ -138,7 +138,7 @@ def probe(shading, surface, registers, triangles, faces):
     shading, surface = ref(shading), ref(surface)
     r, g, b = F(0), F(0), F(0)
     for i in range(triangles.shape[0]):
-        u, v = uniform_triangle(*uniform2(stream(0, i, 0), 0))
+        u, v = uniform_triangle(*uniform2(stream(0, i, 0, False), 0))
         x, n = on_face(faces, i, u, v)
         light = triangle_radiance(shading, surface, registers, np.int64(triangles[i]), x, n, n, u, v, F(1), np.int64(0), np.int64(0))
         r, g, b = r + light[0], g + light[1], b + light[2]
