@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .kernels import part
+from .sobol import LEVELS, POINTS, half_mix, mix, mix_rest, reversed_bits
 
 F = np.float32
 PI = F(math.pi)
@@ -162,33 +163,26 @@ def pick(cdf, row, count, u):
 
 # --- random streams --------------------------------------------------------------------------------------------------
 
+BLOCK = 1 << LEVELS  # samples of a pixel that are stratified together
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio
-_SPREAD = np.uint64(0xD1342543DE82EF95)  # multipliers of good spectra
-_OTHER = np.uint32(0x915F77F5)
-
-
-@part
-def mix(z):
-    """The finaliser of SplitMix64 (Steele et al. 2014)."""
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
 
 
 class Stream(NamedTuple):
     """The key of one path's random numbers."""
 
-    bits: np.uint64  # a hash of seed and pixel; of the sample, too, where numbers are independent
-    place: np.uint32  # the sample's index, its lowest bit first; 0 where numbers are independent
-    mask: np.uint32  # all ones; 0 where numbers are independent
+    bits: np.uint64  # a hash of seed, pixel and the block of samples: of BLOCK if stratified, of one if independent
+    place: np.uint32  # the sample's place in its block, the lowest bit first
+    mask: np.uint32  # all ones if stratified, 0 if independent
 
 
 @part
 def stream(seed, pixel, sample, stratified):
-    """The key of one path's random numbers; different for any other seed, pixel or sample below 2^32."""
+    """The key of one path's random numbers; different for any other seed, pixel or sample."""
     key = mix(np.uint64(seed) + GOLDEN) + (np.uint64(pixel) << np.uint64(32))
     if stratified:
-        return Stream(mix(key), reversed_bits(np.uint32(sample)), np.uint32(0xFFFFFFFF))
+        block, place = np.uint64(sample) // np.uint64(BLOCK), reversed_bits(np.uint32(sample % BLOCK))
+        place = np.uint32(place ^ place * np.uint32(0x3D20ADEA))  # of `shuffled`, whatever the seed
+        return Stream(mix(key + block), place, np.uint32(0xFFFFFFFF))
     return Stream(mix(key + np.uint64(sample)), np.uint32(0), np.uint32(0))
 
 
@@ -196,55 +190,21 @@ def stream(seed, pixel, sample, stratified):
 def uniform2(key, dimension):
     """Two numbers in [0, 1), multiples of 2^-24: a pure function of the stream's key and the dimension.
 
-    Independent: 48 bits of a hash. Stratified: the samples 0, 1, 2 ... of a pixel are a (0, 2)-sequence in base 2, xor'ed with the hash of
-    seed, pixel and dimension: of each aligned block of 2^k samples, every elementary interval of area 2^-k holds one. The sequence is Sobol's,
-    with its order and its points scrambled (Burley 2020), so that dimensions do not correlate.
+    Independent: 48 bits of a hash. Stratified: a point of `POINTS`, xor'ed with the hash of seed, pixel, block and dimension, which also
+    decides on the order of the points: of each aligned 2^k samples of a block, every elementary interval of area 2^-k holds one.
     """
-    bits = mix(key.bits + np.uint64(dimension + 1) * GOLDEN)
-    scramble = np.uint32((bits * _SPREAD) >> np.uint64(32))
-    a = np.uint32(shuffled(key.place, scramble) & key.mask)
-    x = scrambled(a, scramble) ^ np.uint32(bits >> np.uint64(32))
-    y = scrambled(second(a), np.uint32(scramble * _OTHER)) ^ np.uint32(bits)
-    return F(np.uint32(x) >> np.uint32(8)) * F(2**-24), F(np.uint32(y) >> np.uint32(8)) * F(2**-24)
+    half = half_mix(key.bits + np.uint64(dimension + 1) * GOLDEN)
+    place = shuffled(key.place, np.uint32(half >> np.uint64(32))) & key.mask
+    bits = mix_rest(half) ^ POINTS[place >> np.uint32(32 - LEVELS)]
+    return F(np.uint32(bits >> np.uint64(40))) * F(2**-24), F(np.uint32(bits >> np.uint64(8)) & np.uint32(0xFFFFFF)) * F(2**-24)
 
 
 @part
 def shuffled(place, seed):
-    """A sample's place, its lowest bit first, in another order of the samples: each bit changes by those of higher value (Laine and Karras 2011).
+    """A place, its lowest bit first, in another order: each bit changes by those of higher value alone (Laine and Karras 2011).
 
-    Every aligned block of 2^k samples stays one. Read as a fraction this is van der Corput's sequence, the first coordinate of Sobol's.
+    So every aligned block of 2^k places stays one.
     """
-    place = np.uint32(place ^ place * np.uint32(0x3D20ADEA))
     place = np.uint32((place + seed) * ((seed >> np.uint32(16)) | np.uint32(1)))
     place = np.uint32(place ^ place * np.uint32(0x05526C56))
     return np.uint32(place ^ place * np.uint32(0x53A22864))
-
-
-@part
-def second(a):
-    """The second coordinate of the point of Sobol's sequence whose first is a: Pascal's triangle modulo 2, in five steps."""
-    a = np.uint32(a ^ a << np.uint32(16))
-    a = np.uint32(a ^ (a & np.uint32(0x00FF00FF)) << np.uint32(8))
-    a = np.uint32(a ^ (a & np.uint32(0x0F0F0F0F)) << np.uint32(4))
-    a = np.uint32(a ^ (a & np.uint32(0x33333333)) << np.uint32(2))
-    return np.uint32(a ^ (a & np.uint32(0x55555555)) << np.uint32(1))
-
-
-@part
-def scrambled(a, factor):
-    """Flip bits of a fraction by those above them: the lower 30 by the first two, then the lower 27 by the first five.
-
-    So points lie in their strata as if at random, as with Owen's scrambling, at a fifth of its cost. 0 stays 0.
-    """
-    a = np.uint32(a ^ np.uint32((a >> np.uint32(30)) * factor) >> np.uint32(2))
-    return np.uint32(a ^ np.uint32((a >> np.uint32(27)) * factor) >> np.uint32(5))
-
-
-@part
-def reversed_bits(x):
-    """32 bits in the opposite order."""
-    x = np.uint32((x >> np.uint32(16)) | (x << np.uint32(16)))
-    x = np.uint32(((x >> np.uint32(8)) & np.uint32(0x00FF00FF)) | ((x & np.uint32(0x00FF00FF)) << np.uint32(8)))
-    x = np.uint32(((x >> np.uint32(4)) & np.uint32(0x0F0F0F0F)) | ((x & np.uint32(0x0F0F0F0F)) << np.uint32(4)))
-    x = np.uint32(((x >> np.uint32(2)) & np.uint32(0x33333333)) | ((x & np.uint32(0x33333333)) << np.uint32(2)))
-    return np.uint32(((x >> np.uint32(1)) & np.uint32(0x55555555)) | ((x & np.uint32(0x55555555)) << np.uint32(1)))

@@ -215,15 +215,16 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         # --- next direction: beta f / pdf ---------------------------------------------------------------------------------------
         # Looking towards the light may have run other shaders, but the lobes are still those of x.
         u, v = uniform2(key, dimension + DIRECTION)
-        pick_choice, w = uniform2(key, dimension + LOBE)
-        lobe, rest = bsdf.pick(lobes, lobes_count, pick_choice)
+        lobe, rest = np.int64(0), F(0)
+        if lobes_count > 1 or guided > F(0):
+            lobe, rest = bsdf.pick(lobes, lobes_count, uniform2(key, dimension + LOBE)[0])
         if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
             t, b = tangents(n)
             patch_choice = uniform2(key, dimension + PASSAGE)[1]
             ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
             label = np.int64(DIFFUSE if dot(ng, ray) > F(0) else 0)
         else:
-            ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, w)
+            ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, uniform2(key, dimension + LOBE)[1])
         if label == 0:
             break
         if label & bsdf.SINGULAR:
