@@ -13,7 +13,8 @@ from ..scene.description import CLOSURES, Shader
 from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
-from .alias import Alias, alias_table, draw
+from .alias import alias_table
+from .inverse import Inverse, draw, inverse_table
 from .lamps import lamp_table, power
 from .lamps import sample as sample_lamp
 from .tree import LampTree, lamp_tree
@@ -27,7 +28,7 @@ PROBES = 4096  # points at which the mean of an emission that varies is estimate
 class Lights(NamedTuple):
     """Emitter i is a triangle if i < T, then a lamp if i < T + K, then the world."""
 
-    pick: Alias
+    pick: Inverse
     probability: np.ndarray  # (n,) float32, of picking each emitter
     triangle: np.ndarray  # (T,) int32, index in the scene
     faces: np.ndarray  # (T, 4, 3) float32, see `triangle_faces`
@@ -62,7 +63,7 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     pdf_area[scene.material[triangle]] = share[: len(triangle)] / np.maximum(area, 1e-30)
     lamps = lamp_table(scene.lamps)
     return Lights(
-        pick=alias_table(share if share.any() else np.ones(len(share))),
+        pick=inverse_table(share if share.any() else np.ones(len(share))),
         probability=share.astype(np.float32),
         triangle=triangle,
         faces=triangle_faces(scene, triangle),
@@ -183,13 +184,13 @@ def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo,
 
 
 @part
-def sample_light(lights, shading, surface, registers, x, depth, choice, second_choice, u, v):
-    """Pick a light by two uniform numbers, and a direction towards it by two more.
+def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
+    """Pick a light by `choice`, float64, and a direction towards it by u and v, all uniform.
 
     Returns (wi, distance, radiance, pdf, emitter): pdf per solid angle with that of the choice; 0 where no ray could hit the light:
     then `radiance` is the irradiance of a surface that faces it, divided by the probability of the choice.
     """
-    emitter, choice = draw(lights.pick, choice, second_choice)
+    emitter, rest = draw(lights.pick, choice)
     chance = lights.probability[emitter]
     triangles, lamps = lights.triangle.shape[0], lights.lamps.shape[0]
     if emitter < triangles:
@@ -215,6 +216,6 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, second_c
         if pdf == F(0):
             light = scale(light, F(1) / chance)
         return wi, distance, light, pdf * chance, emitter
-    wi = sample_world(lights.world, choice, u, v)
+    wi = sample_world(lights.world, F(rest), u, v)
     light = world_radiance(shading, registers, wi, np.int64(0), depth)
     return wi, F(np.inf), light, world_pdf(lights.world, wi) * chance, emitter

@@ -183,11 +183,12 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
                 guided = (F(1) - directions.bsdf_fraction) * bsdf.guidable(lobes, lobes_count)
         if seek and scatters:
             u, v = uniform2(key, dimension + LIGHT)
-            emitter_choice, second_choice = uniform2(key, dimension + EMITTER)
+            choice, finer = uniform2(key, dimension + EMITTER)
             # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
             above = off_surface(x, ng, distance)
+            choice = np.float64(choice) + np.float64(finer) * 2.0**-24  # enough bits to find one of a million rightly
             wi, far_light, arriving, pdf_light, emitter = sample_light(
-                stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, second_choice, u, v
+                stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, choice, u, v
             )
             alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
             if (limits.nee or alone) and luminance(arriving) > F(0):
