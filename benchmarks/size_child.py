@@ -21,8 +21,8 @@ import numpy as np
 
 from blender_rl_guiding.experiments.runs import save_run
 from blender_rl_guiding.guiding import make_guide
-from blender_rl_guiding.lights.inverse import inverse_table
 from blender_rl_guiding.lights.emitters import Lights, lights
+from blender_rl_guiding.lights.inverse import inverse_table
 from blender_rl_guiding.render import render, warm_up
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .bits import half_mix, mix, mix_rest, reversed_bits, shuffled, spread
 from .kernels import part
-from .sobol import LEVELS, POINTS, half_mix, mix, mix_rest, reversed_bits
+from .sobol import LEVELS, POINTS
 
 F = np.float32
 PI = F(math.pi)
@@ -171,7 +172,7 @@ class Stream(NamedTuple):
     """The key of one path's random numbers."""
 
     bits: np.uint64  # a hash of seed, pixel and the block of samples: of BLOCK if stratified, of one if independent
-    place: np.uint32  # the sample's place in its block, the lowest bit first
+    place: np.uint32  # the sample's index in its block, bits reversed and `spread`
     mask: np.uint32  # all ones if stratified, 0 if independent
 
 
@@ -180,9 +181,8 @@ def stream(seed, pixel, sample, stratified):
     """The key of one path's random numbers; different for any other seed, pixel or sample."""
     key = mix(np.uint64(seed) + GOLDEN) + (np.uint64(pixel) << np.uint64(32))
     if stratified:
-        block, place = np.uint64(sample) // np.uint64(BLOCK), reversed_bits(np.uint32(sample % BLOCK))
-        place = np.uint32(place ^ place * np.uint32(0x3D20ADEA))  # of `shuffled`, whatever the seed
-        return Stream(mix(key + block), place, np.uint32(0xFFFFFFFF))
+        block, index = np.uint64(sample) // np.uint64(BLOCK), np.uint32(sample % BLOCK)
+        return Stream(mix(key + block), spread(reversed_bits(index)), np.uint32(0xFFFFFFFF))
     return Stream(mix(key + np.uint64(sample)), np.uint32(0), np.uint32(0))
 
 
@@ -197,14 +197,3 @@ def uniform2(key, dimension):
     place = shuffled(key.place, np.uint32(half >> np.uint64(32))) & key.mask
     bits = mix_rest(half) ^ POINTS[place >> np.uint32(32 - LEVELS)]
     return F(np.uint32(bits >> np.uint64(40))) * F(2**-24), F(np.uint32(bits >> np.uint64(8)) & np.uint32(0xFFFFFF)) * F(2**-24)
-
-
-@part
-def shuffled(place, seed):
-    """A place, its lowest bit first, in another order: each bit changes by those of higher value alone (Laine and Karras 2011).
-
-    So every aligned block of 2^k places stays one.
-    """
-    place = np.uint32((place + seed) * ((seed >> np.uint32(16)) | np.uint32(1)))
-    place = np.uint32(place ^ place * np.uint32(0x05526C56))
-    return np.uint32(place ^ place * np.uint32(0x53A22864))

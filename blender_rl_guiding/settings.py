@@ -215,16 +215,12 @@ def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, 
 
 
 PRESETS = {
-    "recommended": Preset("Recommended", "The best we know where lights are found by chance.", Render(nee=False, emphasis=0.5, guide=QTable())),
-    "recommended_nee": Preset(
-        "Recommended, Lights Sampled", "The best we know with next-event estimation.", Render(guide=QTable())
+    "recommended": Preset(
+        "Recommended", "The best we know where lights are found by chance.", Render(nee=False, emphasis=0.5, guide=QTable())
     ),
-    "uniform_nee": Preset(
-        "Uniform, Lights Sampled", "The plainest path tracer with next-event estimation.", Render(guide=Uniform())
-    ),
-    "bsdf_nee": Preset(
-        "Material, Lights Sampled", "What every renderer does: the baseline to beat with next-event estimation.", Render()
-    ),
+    "recommended_nee": Preset("Recommended, Lights Sampled", "The best we know with next-event estimation.", Render(guide=QTable())),
+    "uniform_nee": Preset("Uniform, Lights Sampled", "The plainest path tracer with next-event estimation.", Render(guide=Uniform())),
+    "bsdf_nee": Preset("Material, Lights Sampled", "What every renderer does: the baseline to beat with next-event estimation.", Render()),
     "dqn_nee": Preset("Deep Q-Network, Lights Sampled", "The network with next-event estimation.", Render(guide=DQN())),
     "slides_a_dqn": Preset(
         "Slides A: DQN", "As published for the scenes a1 to a3.", _slides(NoEncoding(), layers=2, width=1000, rows=9, columns=12)
@@ -261,7 +257,7 @@ PRESETS = {
 
 
 def method(name: str) -> Render:
-    """The settings behind a method's name: a preset, or a guide with its defaults and without light sampling. SettingsError on any other."""
+    """The settings behind a method's name: a preset, or a guide with its defaults and no light sampling. SettingsError on any other."""
     guides = {guide.kind: guide for guide in get_args(Guide)}
     if name in PRESETS:
         return PRESETS[name].settings

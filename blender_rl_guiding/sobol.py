@@ -1,44 +1,15 @@
 """The points that stratified numbers are made from: a block of Sobol's first two dimensions, scrambled as Owen (1995) has it.
 
 A (0, 2)-sequence in base 2: of each aligned 2^k points, every elementary interval of area 2^-k holds one. Neither xor with a constant nor
-another order within aligned blocks (as of `sampling.shuffled`) changes that, so that one table serves every pixel and dimension (Burley 2020).
+another order within aligned blocks (as of `bits.shuffled`) changes that: one table serves every pixel and dimension (after Burley 2020).
 """
 
 import numpy as np
 
-from .kernels import part
+from .bits import half_mix, mix_rest
 
 LEVELS = 10  # a block has 2^LEVELS points, 8 bytes each, which stay in the processor's first cache
 _SEED = 24  # of 150: dimensions correlate as little as chance orders let them, and integrals of the plane have the least errors
-
-
-@part
-def mix(z):
-    """The finaliser of SplitMix64 (Steele et al. 2014)."""
-    return mix_rest(half_mix(z))
-
-
-@part
-def half_mix(z):
-    """The first half of `mix`."""
-    return (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-
-
-@part
-def mix_rest(z):
-    """The second half of `mix`."""
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
-
-
-@part
-def reversed_bits(x):
-    """32 bits in the opposite order."""
-    x = np.uint32((x >> np.uint32(16)) | (x << np.uint32(16)))
-    x = np.uint32(((x >> np.uint32(8)) & np.uint32(0x00FF00FF)) | ((x & np.uint32(0x00FF00FF)) << np.uint32(8)))
-    x = np.uint32(((x >> np.uint32(4)) & np.uint32(0x0F0F0F0F)) | ((x & np.uint32(0x0F0F0F0F)) << np.uint32(4)))
-    x = np.uint32(((x >> np.uint32(2)) & np.uint32(0x33333333)) | ((x & np.uint32(0x33333333)) << np.uint32(2)))
-    return np.uint32(((x >> np.uint32(1)) & np.uint32(0x55555555)) | ((x & np.uint32(0x55555555)) << np.uint32(1)))
 
 
 def _sobol(levels: int) -> tuple[np.ndarray, np.ndarray]:

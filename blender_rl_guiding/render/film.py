@@ -57,7 +57,7 @@ class Film:
     def variance_of_mean(self) -> np.ndarray:
         """Estimated variance of each value of `mean`, (height, width, 3) float64; needs two samples or more.
 
-        sum w (L - mean)^2 / sum w / (n - 1): that of independent samples. Stratified samples have less, so that it is an upper bound for them.
+        sum w (L - mean)^2 / sum w / (n - 1): that of independent samples. Stratified samples have less: it is an upper bound.
         Assumes that weights are inverse variances.
         """
         weight, others = self._divisor(), np.maximum(self.sums.samples - 1, 1)[:, None]

@@ -91,7 +91,9 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         distance = rays.floats[FAR] if triangle >= 0 else F(np.inf)
         hit_u, hit_v = rays.floats[U], rays.floats[V]
         counts[0] += 1
-        recorded = share > F(0) and segment and scattered < learnable and learnt < MOST_LEARNT and uniform2(key, dimension + PATH)[0] < share
+        recorded = (
+            share > F(0) and segment and scattered < learnable and learnt < MOST_LEARNT and uniform2(key, dimension + PATH)[0] < share
+        )
         counts[1] += segment
         learnt += recorded
 

@@ -90,7 +90,9 @@ def test_no_bounce_shows_emitters_only(guide):
     assert (image >= hull[0] - 1e-6).all()
     assert (image <= hull[1] + 1e-6).all()
     assert len(np.unique(image.round(4), axis=0)) > 1
-    np.testing.assert_array_equal(image, render(scene, Render(spp=8, nee=False, max_bounces=0), MACHINE).image)  # no guide, no NEE plays a part
+    np.testing.assert_array_equal(
+        image, render(scene, Render(spp=8, nee=False, max_bounces=0), MACHINE).image
+    )  # no guide, no NEE plays a part
 
 
 def test_every_bounce_adds_its_own_share():
