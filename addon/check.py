@@ -3,6 +3,7 @@
 import bpy
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.chance import left_to_chance
 from blender_rl_guiding.scene.description import Loss
 
 from .capture import captured
@@ -13,7 +14,8 @@ from .export.coverage import in_blender
 def check(scene: bpy.types.Scene) -> tuple[tuple[Loss, ...], str]:
     """What of a scene cannot be rendered as it is, and what makes it impossible to render, empty if nothing does."""
     try:
-        return in_blender(captured(scene).coverage), ""
+        found = captured(scene)
+        return (*in_blender(found.coverage), *left_to_chance(found, scene.rl_guiding.nee)), ""
     except InputError as error:
         return (), str(error)
 

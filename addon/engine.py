@@ -10,6 +10,7 @@ import numpy as np
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import save
+from blender_rl_guiding.scene.chance import left_to_chance
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
@@ -129,7 +130,8 @@ def _told(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool]) -> SceneData
     except InputError as error:
         coverage.tell(depsgraph.scene.name, (), str(error))
         raise
-    coverage.tell(depsgraph.scene.name, in_blender(scene.coverage))
+    lamps = left_to_chance(scene, depsgraph.scene.rl_guiding.nee)
+    coverage.tell(depsgraph.scene.name, (*in_blender(scene.coverage), *lamps))
     return scene
 
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from blender_rl_guiding.experiments.runs import save_run
 from blender_rl_guiding.guiding import make_guide
-from blender_rl_guiding.lights.alias import alias_table
 from blender_rl_guiding.lights.emitters import Lights, lights
+from blender_rl_guiding.lights.inverse import inverse_table
 from blender_rl_guiding.render import render, warm_up
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
@@ -141,7 +141,7 @@ def evenly(scene: SceneData, shading: Any, surface: Any) -> Lights:
     for k, triangle in enumerate(found.triangle):
         _, e, f, _ = found.faces[k].astype(float)
         pdf_area[scene.material[triangle]] = chance[k] / (0.5 * np.linalg.norm(np.cross(e, f)))
-    return found._replace(pick=alias_table(chance), probability=chance.astype(np.float32), pdf_area=pdf_area)
+    return found._replace(pick=inverse_table(chance), probability=chance.astype(np.float32), pdf_area=pdf_area)
 
 
 # --------------------------------------------------------------------------------------------------------------- pixels

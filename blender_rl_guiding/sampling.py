@@ -4,10 +4,13 @@ A vector is a tuple of three float32. Local frames have the normal along +z.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from .bits import half_mix, mix, mix_rest, reversed_bits, shuffled, spread
 from .kernels import part
+from .sobol import LEVELS, POINTS
 
 F = np.float32
 PI = F(math.pi)
@@ -161,24 +164,36 @@ def pick(cdf, row, count, u):
 
 # --- random streams --------------------------------------------------------------------------------------------------
 
+BLOCK = 1 << LEVELS  # samples of a pixel that are stratified together
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio
+
+
+class Stream(NamedTuple):
+    """The key of one path's random numbers."""
+
+    bits: np.uint64  # a hash of seed, pixel and the block of samples: of BLOCK if stratified, of one if independent
+    place: np.uint32  # the sample's index in its block, bits reversed and `spread`
+    mask: np.uint32  # all ones if stratified, 0 if independent
+
 
 @part
-def mix(z):
-    """The finaliser of SplitMix64 (Steele et al. 2014)."""
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
-
-
-@part
-def stream(seed, pixel, sample):
+def stream(seed, pixel, sample, stratified):
     """The key of one path's random numbers; different for any other seed, pixel or sample."""
-    key = mix(np.uint64(seed) + np.uint64(0x9E3779B97F4A7C15))
-    return mix(key + (np.uint64(pixel) << np.uint64(32)) + np.uint64(sample))
+    key = mix(np.uint64(seed) + GOLDEN) + (np.uint64(pixel) << np.uint64(32))
+    if stratified:
+        block, index = np.uint64(sample) // np.uint64(BLOCK), np.uint32(sample % BLOCK)
+        return Stream(mix(key + block), spread(reversed_bits(index)), np.uint32(0xFFFFFFFF))
+    return Stream(mix(key + np.uint64(sample)), np.uint32(0), np.uint32(0))
 
 
 @part
 def uniform2(key, dimension):
-    """Two independent numbers in [0, 1), multiples of 2^-24: a pure function of the stream's key and the dimension."""
-    bits = mix(key + np.uint64(dimension + 1) * np.uint64(0x9E3779B97F4A7C15))
-    return F(bits >> np.uint64(40)) * F(2**-24), F((bits >> np.uint64(8)) & np.uint64(0xFFFFFF)) * F(2**-24)
+    """Two numbers in [0, 1), multiples of 2^-24: a pure function of the stream's key and the dimension.
+
+    Independent: 48 bits of a hash. Stratified: a point of `POINTS`, xor'ed with the hash of seed, pixel, block and dimension, which also
+    decides on the order of the points: of each aligned 2^k samples of a block, every elementary interval of area 2^-k holds one.
+    """
+    half = half_mix(key.bits + np.uint64(dimension + 1) * GOLDEN)
+    place = shuffled(key.place, np.uint32(half >> np.uint64(32))) & key.mask
+    bits = mix_rest(half) ^ POINTS[place >> np.uint32(32 - LEVELS)]
+    return F(np.uint32(bits >> np.uint64(40))) * F(2**-24), F(np.uint32(bits >> np.uint64(8)) & np.uint32(0xFFFFFF)) * F(2**-24)

@@ -1,7 +1,7 @@
 """Every knob of the renderer. Command line, JSON, Blender properties and the settings page are made from this file."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from .schema import Settings, SettingsError, setting
 
@@ -157,11 +157,14 @@ class Render(Settings):
         label="Time Limit",
     )
     seed: int = setting(0, "Seed of the random streams.", min=0, max=2**31 - 1)
+    sampler: Literal["stratified", "independent"] = setting(
+        "stratified", "A pixel's samples share out their random numbers evenly, or each draws its own: noisier, as the slides have it."
+    )
     emphasis: float = setting(
         0.0, "Sample i of a pixel counts i to this power: where a guide learns, later samples are better.", min=0.0, max=4.0
     )
     nee: bool = setting(
-        False, "Sample the lights too, combined by multiple importance sampling.", label="Next-Event Estimation", panel="Light Paths"
+        True, "Sample the lights too, combined by multiple importance sampling.", label="Next-Event Estimation", panel="Light Paths"
     )
     max_bounces: int = setting(
         -1, "Scattering events of the longest path: 0 shows emitters only, -1 takes the scene's.", min=-1, max=1024, soft=(-1, 64)
@@ -208,21 +211,17 @@ def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, 
         decay=0.995,
         tau=1e-3,
     )
-    return Render(guide=guide)
+    return Render(nee=False, guide=guide)
 
 
 PRESETS = {
-    "recommended": Preset("Recommended", "The best we know where lights are found by chance.", Render(emphasis=0.5, guide=QTable())),
-    "recommended_nee": Preset(
-        "Recommended, Lights Sampled", "The best we know with next-event estimation.", Render(nee=True, guide=QTable())
+    "recommended": Preset(
+        "Recommended", "The best we know where lights are found by chance.", Render(nee=False, emphasis=0.5, guide=QTable())
     ),
-    "uniform_nee": Preset(
-        "Uniform, Lights Sampled", "The plainest path tracer with next-event estimation.", Render(nee=True, guide=Uniform())
-    ),
-    "bsdf_nee": Preset(
-        "Material, Lights Sampled", "What every renderer does: the baseline to beat with next-event estimation.", Render(nee=True)
-    ),
-    "dqn_nee": Preset("Deep Q-Network, Lights Sampled", "The network with next-event estimation.", Render(nee=True, guide=DQN())),
+    "recommended_nee": Preset("Recommended, Lights Sampled", "The best we know with next-event estimation.", Render(guide=QTable())),
+    "uniform_nee": Preset("Uniform, Lights Sampled", "The plainest path tracer with next-event estimation.", Render(guide=Uniform())),
+    "bsdf_nee": Preset("Material, Lights Sampled", "What every renderer does: the baseline to beat with next-event estimation.", Render()),
+    "dqn_nee": Preset("Deep Q-Network, Lights Sampled", "The network with next-event estimation.", Render(guide=DQN())),
     "slides_a_dqn": Preset(
         "Slides A: DQN", "As published for the scenes a1 to a3.", _slides(NoEncoding(), layers=2, width=1000, rows=9, columns=12)
     ),
@@ -258,13 +257,18 @@ PRESETS = {
 
 
 def method(name: str) -> Render:
-    """The settings behind a method's name: a preset, or a guide with its defaults. SettingsError on any other."""
+    """The settings behind a method's name: a preset, or a guide with its defaults and no light sampling. SettingsError on any other."""
     guides = {guide.kind: guide for guide in get_args(Guide)}
     if name in PRESETS:
         return PRESETS[name].settings
     if name in guides:
-        return Render(guide=guides[name]())
+        return Render(nee=False, guide=guides[name]())
     raise SettingsError(f"method {name!r} is neither a guide ({', '.join(guides)}) nor a preset ({', '.join(PRESETS)})")
+
+
+def recorded(values: dict[str, Any]) -> dict[str, Any]:
+    """The settings in a run's result.json: where no `sampler` is named the run is older than the choice, and drew independent numbers."""
+    return {"sampler": "independent"} | values
 
 
 @dataclass(frozen=True)

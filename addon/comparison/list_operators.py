@@ -137,6 +137,13 @@ class RLG_OT_method_sweep(_Edit):
             methods.add(comparison, f"{name} {suffix}", settings)
 
 
+def _sections() -> list[list[str]]:
+    """The names of guides and presets: those that sample lights first, as the scene's own settings do; without; the published ones."""
+    published = [name for name in methods.built_in() if name.startswith(_PUBLISHED)]
+    ours = [name for name in methods.built_in() if name not in published]
+    return [[name for name in ours if method(name).nee], [name for name in ours if not method(name).nee], published]
+
+
 class RLG_MT_method_add(bpy.types.Menu):
     """What can be added to the list."""
 
@@ -144,11 +151,11 @@ class RLG_MT_method_add(bpy.types.Menu):
     bl_label = "Add Method"
 
     def draw(self, context: bpy.types.Context) -> None:
-        operator, names = RLG_OT_method_add.bl_idname, methods.built_in()
+        operator = RLG_OT_method_add.bl_idname
         self.layout.operator(operator, text="Current Render Settings", icon="SCENE").name = ""
-        for published in (False, True):
+        for names in _sections():
             self.layout.separator()
-            for name in (name for name in names if name.startswith(_PUBLISHED) == published):
+            for name in names:
                 self.layout.operator(operator, text=name).name = name
 
 

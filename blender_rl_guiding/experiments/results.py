@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from ..settings import recorded
 
 MEASURES = ("mape_display", "mape", "relmse", "flip")
 COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *MEASURES)
@@ -187,7 +188,7 @@ def _run(folder: Path, scene: str, method: str) -> Run:
             learn_seconds=float(data["learn_seconds"]),
             rays=int(data["rays"]),
             metrics={name: float(data["metrics"][name]) for name in MEASURES},
-            settings=dict(data["settings"]),
+            settings=recorded(data["settings"]),
             machine=dict(data["machine"]),
             versions=dict(data["versions"]),
             curve=list(data.get("curve") or ()),

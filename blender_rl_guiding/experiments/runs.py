@@ -15,7 +15,7 @@ from ..metrics import compare, mape_display, relmse
 from ..render import Result
 from ..scene.data import SceneData
 from ..schema import to_dict
-from ..settings import Machine, Render
+from ..settings import Machine, Render, recorded
 
 RENDERED = "rendered"  # the key of references that are rendered here: they only get better
 ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by
@@ -99,7 +99,7 @@ def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
         return False
     expected = (scene.key, to_dict(settings), True, __version__)
     version = values.get("versions", {}).get("blender_rl_guiding")
-    return (values.get("scene_key"), values.get("settings"), values.get("finished"), version) == expected
+    return (values.get("scene_key"), recorded(values.get("settings") or {}), values.get("finished"), version) == expected
 
 
 def judge_again(folder: Path, judge: Judge) -> None:

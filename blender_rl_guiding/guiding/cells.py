@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from ..bits import mix
 from ..kernels import kernel, part
-from ..sampling import F, mix, vector
+from ..sampling import F, vector
 from .directions import UNKNOWN, Cells, cell_key, find_cell
 
 

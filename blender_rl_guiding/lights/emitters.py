@@ -13,7 +13,8 @@ from ..scene.description import CLOSURES, Shader
 from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
-from .alias import Alias, alias_table, draw
+from .alias import alias_table
+from .inverse import Inverse, draw, inverse_table
 from .lamps import EMISSION, POSITION, lamp_table, power
 from .lamps import sample as sample_lamp
 from .tree import LampTree, lamp_tree
@@ -27,7 +28,7 @@ PROBES = 4096  # points at which the mean of an emission that varies is estimate
 class Lights(NamedTuple):
     """Emitter i is a triangle if i < T, then a lamp if i < T + K, then the world."""
 
-    pick: Alias
+    pick: Inverse
     probability: np.ndarray  # (n,) float32, of picking each emitter
     triangle: np.ndarray  # (T,) int32, index in the scene
     faces: np.ndarray  # (T, 4, 3) float32, see `triangle_faces`
@@ -63,7 +64,7 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     lamps = lamp_table(scene.lamps)
     lamps[:, POSITION:EMISSION] -= scene.origin
     return Lights(
-        pick=alias_table(share if share.any() else np.ones(len(share))),
+        pick=inverse_table(share if share.any() else np.ones(len(share))),
         probability=share.astype(np.float32),
         triangle=triangle,
         faces=triangle_faces(scene, triangle),
@@ -139,7 +140,7 @@ def probe(shading, surface, registers, triangles, faces):
     shading, surface = ref(shading), ref(surface)
     r, g, b = F(0), F(0), F(0)
     for i in range(triangles.shape[0]):
-        u, v = uniform_triangle(*uniform2(stream(0, i, 0), 0))
+        u, v = uniform_triangle(*uniform2(stream(0, i, 0, False), 0))
         x, n = on_face(faces, i, u, v)
         light = triangle_radiance(shading, surface, registers, np.int64(triangles[i]), x, n, n, u, v, F(1), np.int64(0), np.int64(0))
         r, g, b = r + light[0], g + light[1], b + light[2]
@@ -184,14 +185,14 @@ def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo,
 
 
 @part
-def sample_light(lights, shading, surface, registers, x, depth, choice, second_choice, u, v):
-    """Pick a light by two uniform numbers, and a direction towards it by two more.
+def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
+    """Pick a light by `choice`, float64, and a direction towards it by u and v, all uniform.
 
     Returns (wi, reach, radiance, pdf, emitter). What stands in the way stands within `reach`, which ends before the light by what
     rounding asks for. The pdf is per solid angle, with that of the choice; 0 where no ray could hit the light: then `radiance` is the
     irradiance of a surface that faces it, divided by the probability of the choice.
     """
-    emitter, choice = draw(lights.pick, choice, second_choice)
+    emitter, rest = draw(lights.pick, choice)
     chance = lights.probability[emitter]
     triangles, lamps = lights.triangle.shape[0], lights.lamps.shape[0]
     if emitter < triangles:
@@ -218,6 +219,6 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, second_c
         if pdf == F(0):
             light = scale(light, F(1) / chance)
         return wi, distance * F(1 - 2**-18), light, pdf * chance, emitter
-    wi = sample_world(lights.world, choice, u, v)
+    wi = sample_world(lights.world, F(rest), u, v)
     light = world_radiance(shading, registers, wi, np.int64(0), depth)
     return wi, F(np.inf), light, world_pdf(lights.world, wi) * chance, emitter

@@ -57,14 +57,18 @@ class Film:
     def variance_of_mean(self) -> np.ndarray:
         """Estimated variance of each value of `mean`, (height, width, 3) float64; needs two samples or more.
 
-        Weights are taken for what they are meant to be, inversely proportional to the samples' variances.
+        sum w (L - mean)^2 / sum w / (n - 1): that of independent samples. Stratified samples have less: it is an upper bound.
+        Assumes that weights are inverse variances.
         """
         weight, others = self._divisor(), np.maximum(self.sums.samples - 1, 1)[:, None]
         spread = self.sums.squares / weight - (self.sums.sum / weight) ** 2
         return (np.maximum(spread, 0) * (self._exposure**2 / others)).reshape(self.shape)
 
     def noise(self) -> np.ndarray:
-        """Standard error of each pixel relative to the root of its brightness, (height, width): what Cycles' noise threshold bounds."""
+        """Standard error of each pixel relative to the root of its brightness, (height, width): what Cycles' noise threshold bounds.
+
+        An upper bound where samples are stratified, as `variance_of_mean` is.
+        """
         return (np.sqrt(self.variance_of_mean().sum(axis=2)) / (1e-4 + np.sqrt(self.mean().sum(axis=2)))).astype(np.float32)
 
     def layers(self) -> dict[str, np.ndarray]:

@@ -23,7 +23,11 @@ from ..shading.evaluate import run
 from ..shading.operands import make_point
 from .visibility import ONE, ZERO, lamps_met, passes_on, seen_by, stands_alone, surroundings
 
-DIMENSIONS = 8  # pairs of random numbers that a vertex may use; those of the first "vertex" are the camera's
+# Pairs of random numbers. Every choice has a number of its own, so that each is stratified, and none depends on another.
+FILM, LENS = 0, 1  # of the camera
+DIMENSIONS = 8  # that a vertex may use, after as many of the camera
+PATH, EMITTER, LIGHT, DIRECTION, LOBE, PASSAGE = range(6)  # of a vertex:
+# (is it recorded, does roulette end the path), (which emitter), where on it, wi, (which lobe, does it refract), (straight on, which patch)
 MOST_VERTICES = 4096  # of a path, passages through transparent surfaces included
 MOST_LEARNT = 32  # transitions of a path, which bounds the memory for them
 # Columns of the passes that are written beside the radiance.
@@ -42,7 +46,7 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
     for place in range(first, end):
         pixel = pixels[place]
         for sample in range(first_sample, first_sample + samples):
-            key = stream(seed, pixel, sample)
+            key = stream(seed, pixel, sample, limits.stratified)
             weight = F((sample + 1) ** limits.emphasis) if limits.emphasis > 0.0 else F(1)
             L = trace_path(stage, directions, limits, share, pixel, key, weight, scratch, film.passes)
             if not add_sample(film, pixel, L, weight) and bad < 0:
@@ -70,8 +74,8 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
     features = passes.shape[0] > 0
     learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
     seek = limits.nee or limits.blind_lamps
-    u, v = uniform2(key, 0)
-    lens_u, lens_v = uniform2(key, 1)
+    u, v = uniform2(key, FILM)
+    lens_u, lens_v = uniform2(key, LENS)
     origin, ray, near, far = camera_ray(stage.lens, pixel % stage.width, pixel // stage.width, u, v, lens_u, lens_v)
     origin, near, far = add(origin, scale(ray, near)), F(0), far - near  # shaders count the ray's length from here on
     L, beta, pdf, kind = ZERO, ONE, F(0), np.int64(CAMERA)
@@ -87,7 +91,9 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         distance = rays.floats[FAR] if triangle >= 0 else F(np.inf)
         hit_u, hit_v = rays.floats[U], rays.floats[V]
         counts[0] += 1
-        recorded = share > F(0) and segment and scattered < learnable and learnt < MOST_LEARNT and uniform2(key, dimension)[0] < share
+        recorded = (
+            share > F(0) and segment and scattered < learnable and learnt < MOST_LEARNT and uniform2(key, dimension + PATH)[0] < share
+        )
         counts[1] += segment
         learnt += recorded
 
@@ -138,7 +144,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
         if transparent > 0 and transparent >= limits.transparent:  # as in Cycles: where the limit is none, a path passes once all the same
             break
-        if straight > F(0) and uniform2(key, dimension + 5)[0] < chance_straight:
+        if straight > F(0) and uniform2(key, dimension + PASSAGE)[0] < chance_straight:
             transparent += 1
             factor = scale(passing, F(1) / chance_straight)
             beta, through = multiply(beta, factor), through * luminance(factor)
@@ -166,7 +172,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             break
         if scattered > limits.roulette:
             survival = min(F(1), math.sqrt(max(beta[0], max(beta[1], beta[2]))))
-            if uniform2(key, dimension)[1] >= survival:
+            if uniform2(key, dimension + PATH)[1] >= survival:
                 break
             beta = scale(beta, F(1) / survival)
 
@@ -178,12 +184,13 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             if cell != guide.UNKNOWN:
                 guided = (F(1) - directions.bsdf_fraction) * bsdf.guidable(lobes, lobes_count)
         if seek and scatters:
-            u, v = uniform2(key, dimension + 2)
-            emitter_choice, second_choice = uniform2(key, dimension + 1)
+            u, v = uniform2(key, dimension + LIGHT)
+            choice, finer = uniform2(key, dimension + EMITTER)
             # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
             above = off_surface(x, ng, error)
+            choice = np.float64(choice) + np.float64(finer) * 2.0**-24  # enough bits to find one of a million rightly
             wi, far_light, arriving, pdf_light, emitter = sample_light(
-                stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, second_choice, u, v
+                stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, choice, u, v
             )
             alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
             if (limits.nee or alone) and luminance(arriving) > F(0):
@@ -210,16 +217,17 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
 
         # --- next direction: beta f / pdf ---------------------------------------------------------------------------------------
         # Looking towards the light may have run other shaders, but the lobes are still those of x.
-        u, v = uniform2(key, dimension + 3)
-        pick_choice, w = uniform2(key, dimension + 4)
-        lobe, rest = bsdf.pick(lobes, lobes_count, pick_choice)
+        u, v = uniform2(key, dimension + DIRECTION)
+        lobe, rest = np.int64(0), F(0)
+        if lobes_count > 1 or guided > F(0):
+            lobe, rest = bsdf.pick(lobes, lobes_count, uniform2(key, dimension + LOBE)[0])
         if guided > F(0) and bsdf.is_guidable(lobes, lobe) and rest >= directions.bsdf_fraction:
             t, b = tangents(n)
-            patch_choice = uniform2(key, dimension + 5)[1]
+            patch_choice = uniform2(key, dimension + PASSAGE)[1]
             ray = to_world(t, b, n, guide.sample_table(directions, cell, u, v, patch_choice))
             label = np.int64(DIFFUSE if dot(ng, ray) > F(0) else 0)
         else:
-            ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, w)
+            ray, label = bsdf.sample(lobes, lobe, ng, wo, u, v, uniform2(key, dimension + LOBE)[1])
         if label == 0:
             break
         if label & bsdf.SINGULAR:

@@ -80,7 +80,7 @@ def render(
 def _rounds(settings: Render, pixels: int, learning: bool) -> Iterator[tuple[int, int]]:
     """(first sample, samples) of each pass: one sample each to learn from, or as many as there are already, up to a power of two.
 
-    So every power of two, where error curves want a point, ends a pass.
+    So every power of two ends a pass, where stratified samples are complete, and error curves want a point.
     """
     most = 1 if learning else max(1, PATHS_PER_PASS // pixels)
     if settings.noise or settings.seconds:

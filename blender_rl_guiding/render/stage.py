@@ -49,6 +49,7 @@ class Limits(NamedTuple):
     blind_lamps: bool  # whether there are lamps that only next-event estimation can find
     transparent_film: bool
     emphasis: np.float64  # sample i of a pixel counts i to this power
+    stratified: bool  # whether the samples of a pixel share out their random numbers
 
 
 class Scratch(NamedTuple):
@@ -115,7 +116,7 @@ def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
     blind = bool((stage.lights.lamps[:, HITTABLE] == 0).any())
     lit = bool(stage.lights.probability.any())
     modes = settings.nee and lit, blind and lit, scene.film.transparent
-    return Limits(*kinds, bounces.transparent, bounces.roulette, *modes, np.float64(settings.emphasis))
+    return Limits(*kinds, bounces.transparent, bounces.roulette, *modes, np.float64(settings.emphasis), settings.sampler == "stratified")
 
 
 def wants_passes(scene: SceneData, settings: Render) -> bool:

@@ -8,6 +8,7 @@ import pytest
 
 from addon import coverage, coverage_panel
 from addon.check import check
+from blender_rl_guiding.scene.chance import DETAIL
 from blender_rl_guiding.scene.description import Loss
 from tests.addon.layout import Layout, context, drawn
 
@@ -37,6 +38,14 @@ def test_check_scene_lists_losses(foggy: bpy.types.Scene):
     assert bpy.ops.rl_guided.check() == {"FINISHED"}
     assert listed() == [FREESTYLE, FOG]
     assert panel_of(foggy).texts[-1] == "Scene: 2 things replaced or left out"
+
+
+def test_check_scene_lists_lamps_that_are_left_to_chance(foggy: bpy.types.Scene):
+    bpy.ops.object.light_add(type="POINT", location=(0, 0, 9))
+    bpy.context.object.name, bpy.context.object.data.shadow_soft_size = "Bulb", 0.01
+    assert check(foggy)[0] == (FREESTYLE, FOG)
+    foggy.rl_guiding.nee = False
+    assert check(foggy)[0] == (FREESTYLE, FOG, Loss("Bulb", "", DETAIL))
 
 
 def test_check_scene_tells_what_makes_it_impossible(scene: bpy.types.Scene):

@@ -1,4 +1,4 @@
-"""The add-on in a real Blender's window, on c1: its panels, F12, a comparison. Screenshots stay in out/screens."""
+"""The add-on in a real Blender's window: its panels, F12 and a comparison on c1, the first picture. Screenshots stay in out/screens."""
 
 import json
 import os
@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.metrics import relmse
 from tests.blender.blenders import EXECUTABLE, ROOT
 from tests.blender.test_export import C1, needs_executable
 from tests.patience import PATIENCE
@@ -17,15 +19,15 @@ SCREENS = ROOT / "out" / "screens"
 pytestmark = [needs_executable, pytest.mark.blender]
 
 
-def seen_by(script: str, folder: Path) -> tuple[dict[str, Any], str]:
-    """What a script has found that leads a Blender through c1, and what that Blender printed."""
+def seen_by(script: str, folder: Path, *blend: Path) -> tuple[dict[str, Any], str]:
+    """What a script has found that leads a Blender through a file, or else the start-up file, and what that Blender printed."""
     SCREENS.mkdir(parents=True, exist_ok=True)
     for name in ("user", "scene"):
         (folder / name).mkdir()
     result = folder / "result.json"
     arguments = ["--python", str(Path(__file__).with_name(script)), "--", str(SCREENS), str(result), sys.executable]
     done = subprocess.run(
-        [str(EXECUTABLE), "--factory-startup", str(C1), *arguments],
+        [str(EXECUTABLE), "--factory-startup", *map(str, blend), *arguments],
         env=os.environ | {"BLENDER_USER_RESOURCES": str(folder / "user"), "SCREEN": "1700x1400x24"},
         capture_output=True,
         text=True,
@@ -45,7 +47,7 @@ def complaints(printed: str) -> list[str]:
 
 def test_panels(tmp_path: Path):
     """Nothing fails to draw, Check Scene keeps the render result, presets apply and are undone."""
-    found, printed = seen_by("window_panels.py", tmp_path)
+    found, printed = seen_by("window_panels.py", tmp_path, C1)
     assert not complaints(printed)
     assert found == {
         "unchanged": True,
@@ -61,7 +63,7 @@ def test_panels(tmp_path: Path):
 
 def test_f12(tmp_path: Path, compiled: None):
     """The image grows while the scene is edited, Esc ends it, and a renderer that dies is told."""
-    found, printed = seen_by("window_render.py", tmp_path)
+    found, printed = seen_by("window_render.py", tmp_path, C1)
     assert found["told"] == [*range(1, len(found["told"]) + 1)]
     assert found["busy"] == ["compare", "check"]
     assert found["went on"]
@@ -71,9 +73,17 @@ def test_f12(tmp_path: Path, compiled: None):
     assert "the renderer was ended by SIGKILL" in complaint
 
 
+def test_the_first_picture(tmp_path: Path, compiled: None):
+    """F12 on the start-up file, with nothing set but the engine: at most 1.5 times Cycles' error at equal samples."""
+    _, printed = seen_by("window_first.py", tmp_path)
+    assert not complaints(printed)
+    ours, cycles, reference = (read_exr(tmp_path / f"{name}.exr")[0] for name in ("ours", "cycles", "reference"))
+    assert relmse(ours, reference) < 1.5 * relmse(cycles, reference)
+
+
 def test_comparison(tmp_path: Path, compiled: None):
     """By the real button, beside an F12; its table, images and slots; a picked point; with Cycles; all still there after a reload."""
-    found, printed = seen_by("window_compare.py", tmp_path)
+    found, printed = seen_by("window_compare.py", tmp_path, C1)
     assert not complaints(printed)
     assert found.pop("ratio") < 1
     assert found.pop("reference").startswith("Cycles 5.2")

@@ -31,7 +31,8 @@ def truth() -> np.ndarray:
 
 
 def error(guide: Guide, nee: bool = False) -> float:
-    return error_of(Render(spp=SPP, nee=nee, guide=guide))
+    """Of the numbers of the slides' time, as the measured errors are."""
+    return error_of(Render(spp=SPP, nee=nee, sampler="independent", guide=guide))
 
 
 @cache

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.lights import alias, lamps, world
+from blender_rl_guiding.lights import alias, inverse, lamps, world
 from blender_rl_guiding.lights.emitters import lights, sample_light
 from blender_rl_guiding.references import ref
 from blender_rl_guiding.sampling import F, add, scale, store, vector
@@ -52,6 +52,26 @@ def test_alias_tables_of_a_million_keep_rare_entries_rare():
     chosen, rest = np.empty(N, np.int64), np.empty(N, np.float32)
     draw_alias(alias.alias_table(weights), numbers(), chosen, rest)
     assert_distributed(np.bincount(chosen % 2), N * np.array([0.01, 1.0]) / 1.01)
+
+
+# --- inverse tables --------------------------------------------------------------------------------------------------
+
+
+@kernel
+def draw_inverse(table, u, chosen, rest):
+    for i in range(len(u)):
+        chosen[i], rest[i] = inverse.draw(table, u[i])
+
+
+@pytest.mark.parametrize("weights", [[1.0], [1, 0, 3, 1e-3], np.random.default_rng(3).exponential(size=1000) ** 3, [0, 0, 1, 0]])
+def test_inverse_tables_are_monotone_and_leave_a_number_uniform(weights):
+    """The entry of every number is known: numpy's own search."""
+    weights, u = np.array(weights, float), np.sort(np.random.default_rng(1).random(N))
+    chosen, rest = np.empty(N, np.int64), np.empty(N)
+    draw_inverse(inverse.inverse_table(weights), u, chosen, rest)
+    np.testing.assert_array_equal(chosen, np.searchsorted(weights.cumsum() / weights.sum(), u, side="right"))
+    assert_distributed(np.bincount(chosen, minlength=len(weights)), N * weights / weights.sum())
+    assert_uniform(rest[:, None], 16)
 
 
 # --- lamps -----------------------------------------------------------------------------------------------------------
@@ -196,8 +216,8 @@ def test_a_spread_keeps_the_power():
 def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf):
     table, shading, surface = ref(table), ref(shading), ref(surface)  # as the tracer does: compiled once for both
     for i in range(len(u)):
-        choices, place = (u[i, 0], u[i, 1]), (u[i, 2], u[i, 3])
-        wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, *choices, *place)
+        choice = np.float64(u[i, 0])
+        wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, choice, u[i, 1], u[i, 2])
         store(points, i, add(x, scale(wi, distance)))
 
 
@@ -223,7 +243,7 @@ def test_triangles_are_uniform_by_area_and_weighted_by_luminance():
     assert table.pdf_area[0] / table.pdf_area[2] == pytest.approx((4 * 0.2126 + 2 * 0.7152 + 0.0722) / (3 * 0.0722), rel=1e-5)
     points, chosen, pdf = np.empty((N, 3), np.float32), np.empty(N, np.int64), np.empty(N, np.float32)
     x = (F(3), F(3), F(3))
-    draw_lights(table, shading, geometry.surface, np.zeros((REGISTERS, 3), np.float32), x, numbers(dimensions=4), points, chosen, pdf)
+    draw_lights(table, shading, geometry.surface, np.zeros((REGISTERS, 3), np.float32), x, numbers(dimensions=3), points, chosen, pdf)
     assert_distributed(np.bincount(chosen, minlength=len(area) + 1)[:-1], N * area * pdf_area)
     for light, (a, b_, c) in enumerate(corners):
         edges = np.stack([b_ - a, c - a], axis=1)

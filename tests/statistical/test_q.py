@@ -58,7 +58,7 @@ def test_q_in_a_box_below_a_bright_ceiling_is_the_radiance_that_arrives(guide, r
     network's size are parts; the limits are about twice that.
     """
     scene = lit_box()
-    position, normal, q = learnt(scene, Render(guide=guide), 60)
+    position, normal, q = learnt(scene, Render(nee=False, guide=guide), 60)
     errors = []
     for spot, facing in (((0, 0, -1), (0, 0, 1)), ((0, 1, 0), (0, -1, 0)), ((-1, 0.3, -0.3), (1, 0, 0))):
         near = np.linalg.norm(position - spot, axis=1) + 10 * (normal @ facing < 0.99)

@@ -26,20 +26,20 @@ SMALL |= {"first_steps": 20, "steps": 4}
 COARSE = {"rows": 4, "columns": 6, "cells": 8, "recorded": 4000}
 
 VARIANTS = {
-    "bsdf": Render(guide=BSDF()),
-    "uniform": Render(guide=Uniform()),
-    "uniform nee": Render(guide=Uniform(), nee=True),
-    "dqn": Render(guide=DQN(**SMALL)),
-    "dqn nee": Render(guide=DQN(**SMALL), nee=True),
-    "dqn none radiance": Render(guide=DQN(encoder=NoEncoding(), weights="radiance", **SMALL)),
-    "dqn alone": Render(guide=DQN(bsdf_fraction=0.0, **SMALL)),
-    "dqn alone radiance nee": Render(guide=DQN(encoder=Frequency(6), weights="radiance", bsdf_fraction=0.0, **SMALL), nee=True),
-    "dqn squared": Render(guide=DQN(error="squared", **SMALL)),
-    "cdqn": Render(guide=DQN(loss="cdqn", **SMALL)),
-    "qtable": Render(guide=QTable(**COARSE), emphasis=0.5),
-    "qtable nee": Render(guide=QTable(**COARSE), nee=True, emphasis=0.5),
-    "qtable plain": Render(guide=QTable(levels=1, second_moment=False, weights="radiance", **COARSE)),
-    "qtable alone": Render(guide=QTable(bsdf_fraction=0.0, **COARSE), nee=True),
+    "bsdf": Render(nee=False, guide=BSDF()),
+    "uniform": Render(nee=False, guide=Uniform()),
+    "uniform nee": Render(guide=Uniform()),
+    "dqn": Render(nee=False, guide=DQN(**SMALL)),
+    "dqn nee": Render(guide=DQN(**SMALL)),
+    "dqn none radiance": Render(nee=False, guide=DQN(encoder=NoEncoding(), weights="radiance", **SMALL)),
+    "dqn alone": Render(nee=False, guide=DQN(bsdf_fraction=0.0, **SMALL)),
+    "dqn alone radiance nee": Render(guide=DQN(encoder=Frequency(6), weights="radiance", bsdf_fraction=0.0, **SMALL)),
+    "dqn squared": Render(nee=False, guide=DQN(error="squared", **SMALL)),
+    "cdqn": Render(nee=False, guide=DQN(loss="cdqn", **SMALL)),
+    "qtable": Render(nee=False, guide=QTable(**COARSE), emphasis=0.5),
+    "qtable nee": Render(guide=QTable(**COARSE), emphasis=0.5),
+    "qtable plain": Render(nee=False, guide=QTable(levels=1, second_moment=False, weights="radiance", **COARSE)),
+    "qtable alone": Render(guide=QTable(bsdf_fraction=0.0, **COARSE)),
 }
 
 
@@ -51,7 +51,7 @@ class Blocks(NamedTuple):
 
 
 def blocks(films: list[Film], block: int) -> Blocks:
-    """Over independent seeds. Given its guide a pass is unbiased, so that passes do not correlate, although they learn from each other."""
+    """Over independent seeds. Given its guide a pass is unbiased; stratified samples have at most the variance of independent ones."""
     mean = np.mean([film.mean() for film in films], axis=0, dtype=float)
     variance = np.sum([film.variance_of_mean() for film in films], axis=0) / len(films) ** 2
 
@@ -66,7 +66,7 @@ SCENES = {"box": scenes.tiny(SIZE), "studio": studio(SIZE)}
 
 @cache
 def truth(scene: str) -> Film:
-    return render(SCENES[scene], Render(spp=2000, nee=True, seed=1), MACHINE).film
+    return render(SCENES[scene], Render(spp=2000, seed=1), MACHINE).film
 
 
 def assert_unbiased(films: list[Film], truth: Film) -> None:
@@ -98,8 +98,8 @@ def test_all_lights_and_materials_have_one_mean(guide, nee):
 @pytest.mark.parametrize("name", SCENES)
 def test_russian_roulette_ends_paths_and_costs_no_bias(name):
     scene = replace(SCENES[name], bounces=replace(SCENES[name].bounces, roulette=0))
-    results = [render(scene, Render(spp=8 * SPP, nee=True, seed=seed), MACHINE) for seed in SEEDS]
-    without = render(SCENES[name], Render(spp=8, nee=True), MACHINE)
+    results = [render(scene, Render(spp=8 * SPP, seed=seed), MACHINE) for seed in SEEDS]
+    without = render(SCENES[name], Render(spp=8), MACHINE)
     assert results[0].rays / (8 * SPP) < 0.95 * without.rays / 8, "no path was ended: this would test nothing"
     assert_unbiased([result.film for result in results], truth(name))
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.metrics import relmse
 from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.bundle import load, save
+from blender_rl_guiding.scene.description import IDENTITY, Lamp
 from blender_rl_guiding.schema import from_dict, to_dict
 from blender_rl_guiding.settings import DQN, Render
 from tests import scenes
@@ -55,6 +57,14 @@ def test_passes_and_a_denoised_image_are_written_beside_the_image(rlg, tmp_path)
     np.testing.assert_array_equal(read_exr(out / "passes.exr")[0], image)
     truth = render(scenes.tiny(48), Render(spp=256, nee=True, seed=1)).image
     assert relmse(quiet, truth) < 0.3 * relmse(image, truth)
+
+
+def test_a_lamp_that_is_left_to_chance_is_told(rlg, tmp_path):
+    lamp = Lamp("Bulb", "point", IDENTITY, (1.0, 1.0, 1.0), radius=0.001)
+    save(replace(scenes.tiny(4), lamps=(lamp,)), tmp_path / "lit.npz")
+    command = ["render", tmp_path / "lit.npz", "--out", tmp_path / "out", "--spp", 1]
+    assert "too small to be found by chance" not in rlg(*command).stderr
+    assert "'Bulb': too small to be found by chance" in rlg(*command, "--no-nee").stderr
 
 
 @pytest.mark.parametrize(("flags", "spp"), [(["--seconds", 1e-6], 1), (["--noise", 1.0], 16)])

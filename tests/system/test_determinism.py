@@ -22,10 +22,11 @@ from tests.studio import studio
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = DQN(layers=2, width=16, rows=4, columns=6, cells=8, recorded=3000, learning_starts=256, batch=256, first_steps=10, steps=4)
 METHODS = {
-    "uniform": Render(spp=6, guide=Uniform()),
-    "bsdf": Render(spp=6),
-    "bsdf nee": Render(spp=6, nee=True),
-    "dqn": Render(spp=6, guide=SMALL),
+    "uniform": Render(spp=6, nee=False, guide=Uniform()),
+    "bsdf": Render(spp=6, nee=False),
+    "bsdf nee": Render(spp=6),
+    "bsdf nee independent": Render(spp=6, sampler="independent"),
+    "dqn": Render(spp=6, nee=False, guide=SMALL),
     "dqn nee": Render(spp=6, guide=SMALL, nee=True),
     "qtable nee": Render(spp=6, guide=QTable(recorded=3000), nee=True, emphasis=0.5),
     "adaptive": Render(spp=32, nee=True, noise=0.1, passes=True),

@@ -1,5 +1,7 @@
 """The experiments of the catalogue are those of the slides, and can be made."""
 
+from dataclasses import replace
+
 import pytest
 
 from blender_rl_guiding.errors import InputError
@@ -24,7 +26,11 @@ def test_published_experiments_have_what_the_slides_leave_out(group, published):
     assert entry.scenes == (f"{group}1", f"{group}2", f"{group}3")
     slides = {f"slides_{group}_{name}" for name in published.split()}
     assert entry.methods.keys() == {"uniform", "bsdf", "bsdf_nee", "qtable", "recommended", "recommended_nee"} | slides
-    assert all(settings == method(name) for name, settings in entry.methods.items())
+    assert all(settings == replace(method(name), sampler="independent") for name, settings in entry.methods.items())
+
+
+def test_all_methods_of_an_experiment_draw_the_numbers_of_the_slides_time():
+    assert {settings.sampler for entry in CATALOGUE.values() for settings in entry.methods.values()} == {"independent"}
 
 
 @pytest.mark.parametrize(

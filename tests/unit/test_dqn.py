@@ -198,7 +198,7 @@ def test_two_states_learn_their_bellman_equations(loss):
 def test_furnace_converges_to_its_radiance(encoder, bounces):
     """E / (1 - a) arrives from everywhere, however short the paths are."""
     settings = DQN(encoder=encoder, **SMALL | {"recorded": 3000, "steps": 20, "tau": 0.1, "decay": 0.997})
-    _, q = learned(scenes.furnace_box(0.6, 0.8, size=48), Render(max_bounces=bounces, guide=settings), 30)
+    _, q = learned(scenes.furnace_box(0.6, 0.8, size=48), Render(nee=False, max_bounces=bounces, guide=settings), 30)
     truth = 0.8 / (1 - 0.6)
     assert q.mean() == pytest.approx(truth, rel=0.02)
     assert np.sqrt(np.mean((q / truth - 1) ** 2)) < 0.05
@@ -216,7 +216,7 @@ def test_with_next_event_estimation_q_is_what_that_leaves():
 def test_lamp_is_found():
     """On the floor below the tiny scene's lamp, the patch towards it is the brightest by far."""
     settings = DQN(**SMALL | {"recorded": 5000, "steps": 20, "rows": 6, "columns": 8})
-    guide, _ = learned(scenes.tiny(64), Render(guide=settings), 30)
+    guide, _ = learned(scenes.tiny(64), Render(nee=False, guide=settings), 30)
     with torch.no_grad():
         q = guide._online(*guide._state(np.zeros((1, 3), np.float32), np.array([UP], np.float32))).numpy()[0]
     assert q[40:].mean() > 5 * q[:40].mean()  # the row around the zenith

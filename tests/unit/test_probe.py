@@ -82,7 +82,7 @@ def test_what_a_guide_has_learnt_is_that_of_the_points_cell(settings):
     scene = room()
     point = probe.find(scene, ON_FLOOR, MACHINE)
     assert point
-    guide = render(scene, Render(spp=8, guide=settings), MACHINE).guide
+    guide = render(scene, Render(spp=8, nee=False, guide=settings), MACHINE).guide
     q, chances = probe.learnt(guide, point), probe.chances(guide, point)
     assert q is not None
     assert chances is not None
@@ -106,10 +106,10 @@ def test_nothing_is_learnt_without_learning_or_of_unknown_cells():
     point = probe.find(scene, ON_FLOOR, MACHINE)
     assert point
     far = probe.Point(point.pixel, np.float32((0, 0, 99)), point.normal)
-    for settings in (Render(spp=4), Render(spp=1, guide=TABLE), Render(spp=1, guide=NETWORK)):
+    for settings in (Render(spp=4), Render(spp=1, nee=False, guide=TABLE), Render(spp=1, nee=False, guide=NETWORK)):
         guide = render(scene, settings, MACHINE).guide
         assert probe.learnt(guide, point) is probe.chances(guide, point) is probe.described(guide, point) is None
-    guide = render(scene, Render(spp=4, guide=TABLE), MACHINE).guide
+    guide = render(scene, Render(spp=4, nee=False, guide=TABLE), MACHINE).guide
     assert probe.learnt(guide, far) is None
     assert probe.described(guide, None) is None
 
@@ -141,7 +141,7 @@ def test_the_truth_is_kept_until_scene_pixel_or_bounces_change(tmp_path, monkeyp
 
 def test_every_cell_has_a_colour_of_its_own():
     scene = room()
-    guide = render(scene, Render(spp=4, guide=TABLE), MACHINE).guide
+    guide = render(scene, Render(spp=4, nee=False, guide=TABLE), MACHINE).guide
     assert isinstance(guide, probe.Learner)
     view = probe.view(scene, MACHINE)
     picture = inspection.states(view, guide.cells)

@@ -128,7 +128,7 @@ def half_noisy(size: int = 16):
 
 
 def test_only_noisy_pixels_are_sampled_on():
-    result, _ = samples_after(half_noisy(), Render(spp=64, noise=0.01))
+    result, _ = samples_after(half_noisy(), Render(spp=64, nee=False, noise=0.01))
     counts = result.film.counts
     assert (counts[:, :6] == LEAST_SAMPLES).all()  # beyond a noisy pixel's neighbours
     assert (counts[:, 9:] == 64).all()
@@ -137,7 +137,7 @@ def test_only_noisy_pixels_are_sampled_on():
 
 def test_a_pixel_is_sampled_until_it_is_quiet():
     """And its samples are the first ones of a render that takes them all."""
-    settings, seen = Render(spp=4096, noise=0.05), []
+    settings, seen = Render(spp=4096, nee=False, noise=0.05), []
     result = render(half_noisy(8), settings, MACHINE, lambda state: seen.append((state.film.noise(), state.film.counts.copy())))
     assert LEAST_SAMPLES < result.film.samples < settings.spp
     assert (result.film.noise() <= settings.noise).all()
@@ -150,7 +150,7 @@ def test_a_pixel_is_sampled_until_it_is_quiet():
 
 
 def test_a_threshold_that_all_pixels_meet_ends_the_render():
-    result, told = samples_after(half_noisy(), Render(spp=64, noise=1.0))
+    result, told = samples_after(half_noisy(), Render(spp=64, nee=False, noise=1.0))
     assert told == [1, 2, 4, 8, 12, 16]
     assert result.finished
 
@@ -164,7 +164,7 @@ def test_what_is_not_a_number_is_refused_by_pixel(gain, guide):
     b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", gain),)))
     scene = b.scene(scenes.look((0, 0, 0), (0, 1, 0), 90, 8, 8))
     if gain == 1:
-        assert np.isfinite(render(scene, Render(spp=2, guide=guide), MACHINE).image).all()
+        assert np.isfinite(render(scene, Render(spp=2, nee=False, guide=guide), MACHINE).image).all()
         return
     with pytest.raises(FloatingPointError, match=r"^pixel \([01], [45]\) received radiance that is not a finite number$"):
-        render(scene, Render(spp=2, guide=guide), MACHINE)
+        render(scene, Render(spp=2, nee=False, guide=guide), MACHINE)

@@ -1,0 +1,41 @@
+"""What test_windows.py has a Blender with a window do: `window_first.py SCREENS RESULT PYTHON`.
+
+F12 on the start-up file, with nothing set but the engine and a small image; then the same by Cycles, beside RESULT as EXR files.
+"""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import addon
+from addon import environment
+from addon.cycles_reference import prepare
+from tests.blender.driving import Step, drive, screenshot
+from tests.system.first_pictures import REFERENCE_SPP, SPP, render
+
+SCREENS, RESULT, PYTHON = map(Path, sys.argv[-3:])
+done: list[str] = []
+
+
+def steps() -> Iterator[Step]:
+    scene = bpy.context.scene
+    scene.render.resolution_percentage = 5
+    scene.render.engine = "RL_GUIDED"
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    yield lambda: done
+    yield from screenshot(SCREENS / "first.png")
+    prepare(scene, SPP)  # which has images saved as they are
+    bpy.data.images["Render Result"].save_render(str(RESULT.with_name("ours.exr")), scene=scene)
+    render(scene, RESULT.with_name("cycles.exr"), SPP, seed=0)
+    render(scene, RESULT.with_name("reference.exr"), REFERENCE_SPP, seed=1_000_000)
+
+
+addon.register()
+environment.python = lambda: PYTHON
+bpy.app.handlers.render_complete.append(lambda *_: done.append("complete"))
+bpy.context.preferences.view.render_display_type = "AREA"
+drive(steps(), RESULT, {})

@@ -1,0 +1,41 @@
+"""What settings mean that are not spelled out: names of methods, a render without flags, and runs from before there was a sampler."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from blender_rl_guiding import __version__
+from blender_rl_guiding.experiments.runs import is_done
+from blender_rl_guiding.schema import to_dict
+from blender_rl_guiding.settings import PRESETS, Render, method
+from tests import scenes
+
+NAMES = ["uniform", "bsdf", "qtable", "dqn", *PRESETS]
+SCENE = scenes.white_cube(4)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_says_whether_lights_are_sampled(name: str):
+    assert method(name).nee == name.endswith("_nee")
+    assert method(name).sampler == "stratified"
+
+
+def test_without_a_name_lights_are_sampled():
+    assert Render().nee
+
+
+def written(folder: Path, settings: dict[str, Any]) -> Path:
+    """The folder of a finished run that had these settings."""
+    values = {"scene_key": SCENE.key, "settings": settings, "finished": True, "versions": {"blender_rl_guiding": __version__}}
+    (folder / "result.json").write_text(json.dumps(values))
+    return folder
+
+
+@pytest.mark.parametrize("sampler", ["stratified", "independent"])
+def test_a_run_without_a_sampler_had_independent_numbers(sampler: Any, tmp_path: Path):
+    settings = Render(sampler=sampler)
+    older = {name: value for name, value in to_dict(settings).items() if name != "sampler"}
+    assert is_done(written(tmp_path, to_dict(settings)), SCENE, settings)
+    assert is_done(written(tmp_path, older), SCENE, settings) == (sampler == "independent")
