@@ -14,7 +14,8 @@ from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
-from .lamps import lamp_table, power
+from .lamp_shaders import lamp_light, shaded_lamps
+from .lamps import power
 from .lamps import sample as sample_lamp
 from .tree import LampTree, lamp_tree
 from .world import WorldMap, sample_world, world_map, world_pdf, world_radiance
@@ -49,7 +50,9 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     radiance = _mean_radiance(scene, shading, surface, triangle, area, constant)
     weight = radiance.astype(np.float64) @ LUMINANCE
     triangle, area = _lit(triangle, area, weight[scene.material[triangle]])
-    local = np.concatenate([2 * np.pi * area * weight[scene.material[triangle]], [power(lamp, radius) for lamp in scene.lamps]])
+    lamps, emitted = shaded_lamps(scene, shading, constant)
+    powers = [power(lamp, e, radius) for lamp, e in zip(scene.lamps, emitted, strict=True)]
+    local = np.concatenate([2 * np.pi * area * weight[scene.material[triangle]], powers])
     distant = np.zeros(len(local) + 1)
     for k, lamp in enumerate(scene.lamps):
         if lamp.kind == "sun":
@@ -60,7 +63,6 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     share = _halves(local, distant)
     pdf_area = np.zeros(len(scene.shaders), np.float32)
     pdf_area[scene.material[triangle]] = share[: len(triangle)] / np.maximum(area, 1e-30)
-    lamps = lamp_table(scene.lamps)
     return Lights(
         pick=alias_table(share if share.any() else np.ones(len(share))),
         probability=share.astype(np.float32),
@@ -212,6 +214,7 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, second_c
         return wi, distance, light, lights.pdf_area[shader] * squared / cosine, emitter
     if emitter < triangles + lamps:
         wi, distance, light, pdf = sample_lamp(lights.lamps, emitter - triangles, x, u, v)
+        light = lamp_light(lights.lamps, shading, registers, emitter - triangles, x, wi, distance, light, depth)
         if pdf == F(0):
             light = scale(light, F(1) / chance)
         return wi, distance, light, pdf * chance, emitter

@@ -3,7 +3,7 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, edges, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from . import cameras, edges, geometry, integrator, lamp_nodes, lamps, lighting, patterns, pictures, principled, surfaces, textures
 from .registry import CASES, Case
 
 __all__ = [
@@ -13,9 +13,11 @@ __all__ = [
     "edges",
     "geometry",
     "integrator",
+    "lamp_nodes",
     "lamps",
     "lighting",
     "patterns",
+    "pictures",
     "principled",
     "surfaces",
     "textures",

@@ -1,0 +1,87 @@
+"""The pictures that an image consists of: the file that a sequence shows in a frame, the tiles of a tiled one."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import bpy
+
+_LAST_NUMBER = re.compile(r"(.*?)(\d+)(\D*)", re.DOTALL)
+
+
+class Picture(NamedTuple):
+    """One of them."""
+
+    tile: int  # its UDIM number; 0 where the image has no tiles
+    rest: int  # how many tiles follow
+    place: str  # where its pixels are looked for
+    pixels: bpy.types.Image | None  # what has them, until the next picture is asked for; None where they cannot be read
+
+
+def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
+    """All pictures of an image, tiles in rising order; of a sequence the one of a frame of its own, see `sequence_frame`.
+
+    Blender gives pixels of one frame and one tile only. So other files are read as images of their own, outside of the user's file.
+    """
+    if image.source == "SEQUENCE":
+        found = [(0, _sequence_path(image, frame))]
+    elif image.source == "TILED":
+        found = [(tile.number, _tile_path(image, tile.number)) for tile in sorted(image.tiles, key=lambda tile: tile.number)]
+    else:
+        yield Picture(0, 0, image.filepath, image if image.size[0] else None)
+        return
+    packed = {file.tile_number: file.packed_file for file in image.packed_files}
+    # Blender crashes in temporary data that have no place.
+    with bpy.data.temp_data(filepath=str(Path(bpy.app.tempdir) / "pictures.blend")) as data:
+        for k, (tile, path) in enumerate(found, 1):
+            pixels = _unpacked(data, packed[tile].data) if packed.get(tile) else _opened(data, path)
+            yield Picture(tile, len(found) - k, path, pixels and _like(pixels, image))
+            if pixels:
+                data.images.remove(pixels)
+
+
+def sequence_frame(user: bpy.types.ImageUser, frame: int) -> int:
+    """The number of the file that a sequence shows in a frame of the scene, as in Cycles: whether it refreshes or not."""
+    length, place = user.frame_duration, frame - user.frame_start + 1
+    if not length:
+        return 0
+    place = ((place - 1) % length + 1) if user.use_cyclic else min(max(place, 0), length)
+    return place + user.frame_offset
+
+
+def _sequence_path(image: bpy.types.Image, frame: int) -> str:
+    """The path with another number in place of the last one in its name."""
+    path = Path(_absolute(image))
+    found = _LAST_NUMBER.fullmatch(path.stem)
+    head, digits, tail = found.groups() if found else (path.stem, "", "")
+    return str(path.with_name(f"{head}{frame:0{len(digits)}d}{tail}{path.suffix}"))
+
+
+def _tile_path(image: bpy.types.Image, tile: int) -> str:
+    column, row = (tile - 1001) % 10, (tile - 1001) // 10
+    return _absolute(image).replace("<UDIM>", f"{tile:04d}").replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
+
+
+def _absolute(image: bpy.types.Image) -> str:
+    return bpy.path.abspath(image.filepath, library=image.library) if image.filepath else ""
+
+
+def _opened(data: bpy.types.BlendData, path: str) -> bpy.types.Image | None:
+    try:
+        return data.images.load(path)
+    except RuntimeError:  # there is no such file
+        return None
+
+
+def _unpacked(data: bpy.types.BlendData, content: bytes) -> bpy.types.Image:
+    pixels = data.images.new("Packed", 1, 1)
+    pixels.pack(data=content, data_len=len(content))
+    pixels.source = "FILE"
+    return pixels
+
+
+def _like(pixels: bpy.types.Image, image: bpy.types.Image) -> bpy.types.Image | None:
+    """A picture that is read as its image wants it; None if it is no picture."""
+    pixels.colorspace_settings.name, pixels.alpha_mode = image.colorspace_settings.name, image.alpha_mode
+    return pixels if pixels.size[0] else None
