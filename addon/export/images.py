@@ -7,7 +7,7 @@ from blender_rl_guiding.scene.data import Texture
 from blender_rl_guiding.scene.ops import Alpha
 
 from .network import At
-from .pictures import pictures, sequence_frame
+from .pictures import frame_shown, pictures
 from .resources import Resources
 
 _LINEAR = ("Non-Color", "Linear Rec.709", "Raw")  # names of colour spaces whose 8-bit codes mean what they say
@@ -20,7 +20,7 @@ def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
     if image is None:
         at.note("no image: magenta stands in, as in Cycles")
         return resources.texture(None, lambda: _missing("")), Alpha.PACKED
-    frame = sequence_frame(at.node.image_user, resources.frame) if image.source == "SEQUENCE" else 0
+    frame = frame_shown(image, at.node.image_user, resources.frame)
     number, alpha, notes = resources.image((image.as_pointer(), frame, wants_alpha), lambda: _read(resources, image, frame, wants_alpha))
     for note in notes:
         at.note(f"image '{image.name}' {note}")
@@ -33,15 +33,16 @@ def _read(resources: Resources, image: bpy.types.Image, frame: int, wants_alpha:
     Where nobody wants the alpha, Cycles shows colours multiplied by it, unless the image says that the two have nothing to do with
     each other. Those that come multiplied already are taken as they are, since there is light where alpha is 0.
     """
-    associated = image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
-    textures, notes, multiplied = [], _notes(image), False
+    textures, notes, associated, multiplied = [], _notes(image), False, False
     for tile, rest, place, pixels in pictures(image, frame):
         if pixels is None:
             notes.append(f"{f'has a tile {tile} that ' * bool(tile)}cannot be read ({place or 'no file'}): magenta stands in, as in Cycles")
             textures.append(_missing(image.name, tile, rest))
             continue
-        if not pixels.is_float and image.colorspace_settings.name not in ("sRGB", *_LINEAR):
-            notes.append(f"has colour space {image.colorspace_settings.name}: sRGB stands in")
+        space = pixels.colorspace_settings
+        if not pixels.is_float and space.name not in ("sRGB", *_LINEAR):
+            notes.append(f"has colour space {space.name}: sRGB stands in")
+        associated = image.alpha_mode in ("STRAIGHT", "PREMUL") and not space.is_data
         multiplied = associated and _comes_multiplied(image, pixels.is_float)
         opaque = not wants_alpha and (multiplied or not associated)
         textures.append(Texture(image.name, *_texels(image, pixels, opaque=opaque, multiplied=multiplied), tile, rest))
@@ -65,12 +66,10 @@ def _comes_multiplied(image: bpy.types.Image, is_float: bool) -> bool:
 
 def _is_handed_over(image: bpy.types.Image) -> bool:
     """Whether Cycles gets the texels from Blender; it reads other files itself."""
-    return image.packed_file is not None or image.source == "GENERATED"
+    return image.packed_file is not None or image.source in ("GENERATED", "MOVIE")
 
 
 def _notes(image: bpy.types.Image) -> list[str]:
-    if image.source == "MOVIE":
-        return ["is a movie: the frame that is loaded stands in"]
     return ["has tiles with changes that are not saved: the files stand in"] if image.source == "TILED" and image.is_dirty else []
 
 
@@ -89,7 +88,7 @@ def _texels(image: bpy.types.Image, pixels: bpy.types.Image, *, opaque: bool, mu
         texels[..., 3] = 1.0
     if pixels.is_float:
         return False, texels
-    return image.colorspace_settings.name not in _LINEAR, (texels * 255 + 0.5).astype(np.uint8)
+    return pixels.colorspace_settings.name not in _LINEAR, (texels * 255 + 0.5).astype(np.uint8)
 
 
 def _pixels(image: bpy.types.Image) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The pictures that an image consists of: the file that a sequence shows in a frame, the tiles of a tiled one."""
+"""The pictures that an image consists of: what a sequence or movie shows in a frame, the tiles of a tiled one."""
 
 import re
 from collections.abc import Iterator
@@ -20,29 +20,37 @@ class Picture(NamedTuple):
 
 
 def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
-    """All pictures of an image, tiles in rising order; of a sequence the one of a frame of its own, see `sequence_frame`.
+    """All pictures of an image, tiles in rising order; of an animated one that of a frame of its own, see `frame_shown`.
 
     Blender gives pixels of one frame and one tile only. So other files are read as images of their own, outside of the user's file.
     """
     if image.source == "SEQUENCE":
         found = [(0, _sequence_path(image, frame))]
+    elif image.source == "MOVIE":
+        found = [(0, _absolute(image))]
     elif image.source == "TILED":
         found = [(tile.number, _tile_path(image, tile.number)) for tile in sorted(image.tiles, key=lambda tile: tile.number)]
     else:
         yield Picture(0, 0, image.filepath, image if image.size[0] else None)
         return
     packed = {file.tile_number: file.packed_file for file in image.packed_files}
-    # Blender crashes in temporary data that have no place.
-    with bpy.data.temp_data(filepath=str(Path(bpy.app.tempdir) / "pictures.blend")) as data:
+    with bpy.data.temp_data() as data:  # to which nothing may refer when the next are made, or Blender crashes
         for k, (tile, path) in enumerate(found, 1):
             pixels = _unpacked(data, packed[tile].data) if packed.get(tile) else _opened(data, path)
-            yield Picture(tile, len(found) - k, path, pixels and _like(pixels, image))
+            if pixels:
+                _set_up(data, pixels, image, frame)
+            yield Picture(tile, len(found) - k, path, pixels if pixels and pixels.size[0] else None)
             if pixels:
                 data.images.remove(pixels)
 
 
-def sequence_frame(user: bpy.types.ImageUser, frame: int) -> int:
-    """The number of the file that a sequence shows in a frame of the scene, as in Cycles: whether it refreshes or not."""
+def frame_shown(image: bpy.types.Image, user: bpy.types.ImageUser, frame: int) -> int:
+    """The number of the file or picture that an animated image shows in a frame of the scene; 0 of others.
+
+    As in Cycles: whether it refreshes or not.
+    """
+    if image.source not in ("SEQUENCE", "MOVIE"):
+        return 0
     length, place = user.frame_duration, frame - user.frame_start + 1
     if not length:
         return 0
@@ -81,7 +89,14 @@ def _unpacked(data: bpy.types.BlendData, content: bytes) -> bpy.types.Image:
     return pixels
 
 
-def _like(pixels: bpy.types.Image, image: bpy.types.Image) -> bpy.types.Image | None:
-    """A picture that is read as its image wants it; None if it is no picture."""
-    pixels.colorspace_settings.name, pixels.alpha_mode = image.colorspace_settings.name, image.alpha_mode
-    return pixels if pixels.size[0] else None
+def _set_up(data: bpy.types.BlendData, pixels: bpy.types.Image, image: bpy.types.Image, frame: int) -> None:
+    """Have a picture read as its image wants it."""
+    pixels.alpha_mode = image.alpha_mode
+    if image.colorspace_settings.name:  # which is chosen when an image is read for the first time
+        pixels.colorspace_settings.name = image.colorspace_settings.name
+    if image.source == "MOVIE":  # its pixels are those of the frame that was looked up last
+        texture = data.textures.new("Seek", "IMAGE")
+        texture.image = pixels
+        texture.image_user.frame_duration = max(frame, 1)
+        texture.image_user.frame_current = frame
+        texture.evaluate((0.0, 0.0, 0.0))
