@@ -92,7 +92,8 @@ def _unpacked(data: bpy.types.BlendData, content: bytes) -> bpy.types.Image:
 def _set_up(data: bpy.types.BlendData, pixels: bpy.types.Image, image: bpy.types.Image, frame: int) -> None:
     """Have a picture read as its image wants it."""
     pixels.alpha_mode = image.alpha_mode
-    if image.colorspace_settings.name:  # which is chosen when an image is read for the first time
+    image.size[:]  # Blender chooses a colour space when it first reads an image
+    if image.colorspace_settings.name:
         pixels.colorspace_settings.name = image.colorspace_settings.name
     if image.source == "MOVIE":  # its pixels are those of the frame that was looked up last
         texture = data.textures.new("Seek", "IMAGE")
