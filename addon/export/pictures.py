@@ -63,7 +63,7 @@ def _sequence_path(image: bpy.types.Image, frame: int) -> str:
     path = Path(_absolute(image))
     found = _LAST_NUMBER.fullmatch(path.stem)
     head, digits, tail = found.groups() if found else (path.stem, "", "")
-    return str(path.with_name(f"{head}{frame:0{len(digits)}d}{tail}{path.suffix}"))
+    return str(path.with_name(f"{head}{max(frame, 0):0{len(digits)}d}{tail}{path.suffix}"))
 
 
 def _tile_path(image: bpy.types.Image, tile: int) -> str:

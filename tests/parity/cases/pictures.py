@@ -49,7 +49,6 @@ def folder() -> Path:
 @each(
     {
         "begun": (7, {"frame_start": 5, "frame_duration": 4}),
-        "over": (20, {"frame_duration": 2, "frame_offset": 1, "use_auto_refresh": True}),
         "cyclic": (10, {"frame_duration": 3, "use_cyclic": True}),
     },
     samples=CHART,
