@@ -19,14 +19,14 @@ class LampNetwork(Network):
 
     def __init__(self, resources: Resources, instance: bpy.types.DepsgraphObjectInstance, depsgraph: bpy.types.Depsgraph) -> None:
         super().__init__(resources)
-        self._instance, self._depsgraph, self._light = instance, depsgraph, instance.object.data
+        self._instance, self._depsgraph, self.light = instance, depsgraph, instance.object.data
         self._matrix = np.array(instance.matrix_world, np.float64)
-        self.distant = self._light.type == "SUN"
+        self.distant = self.light.type == "SUN"
 
     def attribute(self, kind: str, name: str = "") -> Value:
         """What a lamp has of the attributes that `Resources` lists: coordinates; of the others, as in Cycles, 0, and an alpha of 1."""
         if kind == "PARAMETRIC" or (kind == "UV" and not name):
-            return _COORDINATES[self._light.type](self)
+            return _COORDINATES[self.light.type](self)
         if kind == "GENERATED" or kind == "OBJECT":
             return self._in_space_of(name)
         if kind == "OBJECT_NORMAL":
@@ -67,11 +67,6 @@ class LampNetwork(Network):
     def uv(self, u: Value, v: Value) -> Value:
         """Coordinates of an image."""
         return self.add("combine", u, v, 0.0, mode="RGB")
-
-    @property
-    def light(self) -> bpy.types.Light:
-        """The lamp's data."""
-        return self._light
 
 
 def _triple(values: np.ndarray) -> tuple[float, float, float]:

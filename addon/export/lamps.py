@@ -25,8 +25,10 @@ def read_lamp(
     """A lamp, its shader where it varies, and what of it is lost; None where it sends out no light."""
     thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
     light = thing.data
-    factor, shader, notes = _read_nodes(light, LampNetwork(resources, instance, depsgraph))
     unit, shape = _SHAPES[light.type](light, matrix)
+    if not unit:
+        return None, None, []
+    factor, shader, notes = _read_nodes(light, LampNetwork(resources, instance, depsgraph))
     power = [unit * f * c for f, c in zip(factor, _power(light), strict=True)]
     if not any(power):
         return None, None, []

@@ -223,6 +223,7 @@ def test_lamps_that_give_no_light_leave_no_trace(run: Export, add: Add):
     add("SUN", color=(0, 0, 0))
     add("SPOT").hide_render = True
     add("AREA").scale = (0, 1, 1)
+    strength(add("AREA", size=0), "TexCoord", "UV")
     unlinked = add("POINT").data.node_tree
     unlinked.links.clear()
     scene = run()
