@@ -7,66 +7,88 @@ from blender_rl_guiding.scene.data import Texture
 from blender_rl_guiding.scene.ops import Alpha
 
 from .network import At
+from .pictures import frame_shown, pictures
+from .resources import Resources
 
 _LINEAR = ("Non-Color", "Linear Rec.709", "Raw")  # names of colour spaces whose 8-bit codes mean what they say
 _MAGENTA = (1.0, 0.0, 1.0, 1.0)  # of images that cannot be read, as in Cycles
 
 
 def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
-    """The number of the texture of a node's image, and what its colours have to do with its alpha.
+    """The number of the (first) texture of a node's image, and what its colours have to do with its alpha."""
+    image, resources = at.node.image, at.network.resources
+    if image is None:
+        at.note("no image: magenta stands in, as in Cycles")
+        return resources.texture(None, lambda: _missing("")), Alpha.PACKED
+    frame = frame_shown(image, at.node.image_user, resources.frame)
+    number, alpha, notes = resources.image((image.as_pointer(), frame, wants_alpha), lambda: _read(resources, image, frame, wants_alpha))
+    for note in notes:
+        at.note(f"image '{image.name}' {note}")
+    return number, alpha
+
+
+def _read(resources: Resources, image: bpy.types.Image, frame: int, wants_alpha: bool) -> tuple[int, Alpha, list[str]]:
+    """What `read_image` gives, and what is lost.
 
     Where nobody wants the alpha, Cycles shows colours multiplied by it, unless the image says that the two have nothing to do with
     each other. Those that come multiplied already are taken as they are, since there is light where alpha is 0.
     """
-    image, resources = at.node.image, at.network.resources
-    _check(at, image)
-    if image is None or not image.size[0]:
-        return resources.texture(None, lambda: Texture("", False, np.array([[_MAGENTA]], np.float32))), Alpha.PACKED
-    associated = image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
-    multiplied = associated and _comes_multiplied(image)
+    textures, notes, associated, multiplied = [], _notes(image), False, False
+    for tile, rest, place, pixels in pictures(image, frame):
+        if pixels is None:
+            notes.append(f"{f'has a tile {tile} that ' * bool(tile)}cannot be read ({place or 'no file'}): magenta stands in, as in Cycles")
+            textures.append(_missing(image.name, tile, rest))
+            continue
+        space = pixels.colorspace_settings
+        if not pixels.is_float and space.name not in ("sRGB", *_LINEAR):
+            notes.append(f"has colour space {space.name}: sRGB stands in")
+        associated = image.alpha_mode in ("STRAIGHT", "PREMUL") and not space.is_data
+        multiplied = associated and _comes_multiplied(image, pixels.is_float)
+        opaque = not wants_alpha and (multiplied or not associated)
+        textures.append(Texture(image.name, *_texels(image, pixels, opaque=opaque, multiplied=multiplied), tile, rest))
     opaque = not wants_alpha and (multiplied or not associated)
-    number = resources.texture((image.as_pointer(), opaque), lambda: _texture(image, opaque=opaque, multiplied=multiplied))
-    if opaque or not associated or _is_opaque(resources.textures[number]):
-        return number, Alpha.PACKED
-    if not wants_alpha:
-        return number, Alpha.PREMULTIPLIED
-    return number, Alpha.MULTIPLIED if multiplied else Alpha.STRAIGHT
+    number = resources.tiles((image.as_pointer(), frame, opaque), textures)
+    return number, _alpha(wants_alpha, multiplied, opaque or not associated or all(map(_is_opaque, textures))), list(dict.fromkeys(notes))
 
 
-def _comes_multiplied(image: bpy.types.Image) -> bool:
+def _alpha(wanted: bool, multiplied: bool, idle: bool) -> Alpha:
+    if idle:
+        return Alpha.PACKED
+    if not wanted:
+        return Alpha.PREMULTIPLIED
+    return Alpha.MULTIPLIED if multiplied else Alpha.STRAIGHT
+
+
+def _comes_multiplied(image: bpy.types.Image, is_float: bool) -> bool:
     """Whether Cycles takes colours for multiplied by alpha. STRAIGHT floats that Blender hands to it are, and it multiplies them again."""
-    return image.alpha_mode == "PREMUL" or (image.is_float and not _is_handed_over(image))
+    return image.alpha_mode == "PREMUL" or (is_float and not _is_handed_over(image))
 
 
 def _is_handed_over(image: bpy.types.Image) -> bool:
     """Whether Cycles gets the texels from Blender; it reads other files itself."""
-    return image.packed_file is not None or image.source == "GENERATED"
+    return image.packed_file is not None or image.source in ("GENERATED", "MOVIE")
 
 
-def _check(at: At, image: bpy.types.Image | None) -> None:
-    if image is None:
-        at.note("no image: magenta stands in, as in Cycles")
-    elif not image.size[0]:
-        at.note(f"image '{image.name}' cannot be read ({image.filepath or 'no file'}): magenta stands in, as in Cycles")
-    elif image.source == "TILED":
-        at.note(f"image '{image.name}' has several tiles: the first is repeated")
-    elif image.source in ("SEQUENCE", "MOVIE"):
-        at.note(f"image '{image.name}' is animated: the frame that is loaded stands in")
-    elif not image.is_float and image.colorspace_settings.name not in ("sRGB", *_LINEAR):
-        at.note(f"image '{image.name}' has colour space {image.colorspace_settings.name}: sRGB stands in")
+def _notes(image: bpy.types.Image) -> list[str]:
+    return ["has tiles with changes that are not saved: the files stand in"] if image.source == "TILED" and image.is_dirty else []
 
 
-def _texture(image: bpy.types.Image, *, opaque: bool, multiplied: bool) -> Texture:
-    texels = _pixels(image)
-    if image.is_float:
+def _missing(name: str, tile: int = 0, rest: int = 0) -> Texture:
+    return Texture(name, False, np.array([[_MAGENTA]], np.float32), tile, rest)
+
+
+def _texels(image: bpy.types.Image, pixels: bpy.types.Image, *, opaque: bool, multiplied: bool) -> tuple[bool, np.ndarray]:
+    """Whether a picture of an image has to be decoded, and its texels: see `Texture`."""
+    texels = _pixels(pixels)
+    if pixels.is_float:
         texels[~np.isfinite(texels).all(axis=2)] = 0.0  # as in Cycles: what a faulty texel has of colour is not to be trusted either
-    if multiplied and not image.is_float and not _is_handed_over(image):
+    if multiplied and not pixels.is_float and not _is_handed_over(image):
         texels[..., :3] *= texels[..., 3:]  # which Blender has divided by; rounded, these are the codes in the file
     if opaque or image.alpha_mode == "NONE":
         texels[..., 3] = 1.0
-    if image.is_float:
-        return Texture(image.name, False, texels)
-    return Texture(image.name, image.colorspace_settings.name not in _LINEAR, (texels * 255 + 0.5).astype(np.uint8))
+    if pixels.is_float:
+        return False, texels
+    return pixels.colorspace_settings.name not in _LINEAR, (texels * 255 + 0.5).astype(np.uint8)
 
 
 def _pixels(image: bpy.types.Image) -> np.ndarray:

@@ -7,35 +7,41 @@ from typing import Any
 import bpy
 import numpy as np
 
-from blender_rl_guiding.scene.description import Closure, Color, Lamp, Loss, Matrix, Node
+from blender_rl_guiding.scene.description import Closure, Color, Lamp, Loss, Matrix, Node, Shader, Value
 
+from .lamp_network import LampNetwork
 from .materials import has_nodes
-from .network import Network
 from .resources import Resources
 from .shaders import closures_at
 
 _MAX_BOUNCES = 1024  # a lamp's limit where nobody has set it
+_WHITE = (1.0, 1.0, 1.0)
 _STRAIGHT = 1e-4  # up to this cosine axes are perpendicular, up to this relative difference scales are equal
 
 
-def read_lamp(thing: bpy.types.Object, matrix: np.ndarray, visibility: int) -> tuple[Lamp | None, list[Loss]]:
-    """A lamp placed by `matrix`, (4, 4), and what of it is lost; None where it sends out no light."""
+def read_lamp(
+    instance: bpy.types.DepsgraphObjectInstance, visibility: int, resources: Resources, depsgraph: bpy.types.Depsgraph
+) -> tuple[Lamp | None, Shader | None, list[Loss]]:
+    """A lamp, its shader where it varies, and what of it is lost; None where it sends out no light."""
+    thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
     light = thing.data
-    factor, notes = _node_factor(light)
     unit, shape = _SHAPES[light.type](light, matrix)
+    if not unit:
+        return None, None, []
+    factor, shader, notes = _read_nodes(light, LampNetwork(resources, instance, depsgraph))
     power = [unit * f * c for f, c in zip(factor, _power(light), strict=True)]
     if not any(power):
-        return None, []
+        return None, None, []
     losses = [Loss(thing.name, where, detail) for where, detail in (*notes, *_losses(thing, matrix))]
     if min(power) < 0:
         losses.append(Loss(thing.name, "", "negative light: zero stands in"))
     if max(power) <= 0 or _of_cycles(light, "is_portal", False):
-        return None, losses
+        return None, None, losses
     red, green, blue = (max(p, 0.0) for p in power)
     mis = _of_cycles(light, "use_multiple_importance_sampling", True)
     frame = _frame(matrix)
     lamp = Lamp(thing.name, light.type.lower(), frame, (red, green, blue), visibility=visibility, shadow=light.use_shadow, mis=mis, **shape)
-    return lamp, losses
+    return lamp, shader, losses
 
 
 def _of_cycles(light: bpy.types.Light, name: str, default: Any) -> Any:
@@ -54,21 +60,25 @@ def _power(light: bpy.types.Light) -> Color:
     return red, green, blue
 
 
-def _node_factor(light: bpy.types.Light) -> tuple[Color, list[tuple[str, str]]]:
-    """What the lamp's nodes multiply its power by, and notes (where, what is lost)."""
+def _read_nodes(light: bpy.types.Light, network: LampNetwork) -> tuple[Color, Shader | None, list[tuple[str, str]]]:
+    """What the lamp's nodes multiply its power by: a colour, and a shader if they vary; and notes (where, what is lost)."""
     if not has_nodes(light):
-        return (1.0, 1.0, 1.0), []
-    network, output = Network(Resources()), light.node_tree.get_output_node("CYCLES")
-    closures = list(closures_at(network, output.inputs["Surface"])) if output else []
+        return _WHITE, None, []
+    output = light.node_tree.get_output_node("CYCLES")
+    closures = tuple(closures_at(network, output.inputs["Surface"])) if output else ()
     notes = [(f"lamp '{light.name}', {where}", detail) for where, detail in network.notes]
-    notes += [(f"lamp '{light.name}'", "its nodes vary: what varies counts as 1")] * bool(network.code)
-    red, green, blue = sum((_factor(closure) for closure in closures if closure.kind == "emission"), np.zeros(3)).tolist()
-    return (red, green, blue), notes
+    if any(isinstance(value, Node) or closure.kind != "emission" for closure in closures for value in _values(closure)):
+        return _WHITE, Shader(light.name, network.code, closures), notes
+    red, green, blue = sum(map(_product, closures), np.zeros(3)).tolist()
+    return (red, green, blue), None, notes
 
 
-def _factor(closure: Closure) -> np.ndarray:
-    values = (closure.weight, closure.inputs["color"], closure.inputs["strength"])
-    return np.prod([np.broadcast_to(1.0 if isinstance(value, Node) else value, 3) for value in values], axis=0)
+def _product(closure: Closure) -> np.ndarray:
+    return np.prod([np.broadcast_to(value, 3) for value in _values(closure) if not isinstance(value, Node)], axis=0)
+
+
+def _values(closure: Closure) -> tuple[Value, ...]:
+    return closure.weight, *closure.inputs.values()
 
 
 # --- shape -----------------------------------------------------------------------------------------------------------

@@ -17,9 +17,12 @@ _NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # types of sockets
 class Network:
     """The code of one shader in the making, and the places, (where, what is lost), that it does not do justice to."""
 
+    lamp = False  # whether it is that of a lamp
+
     def __init__(self, resources: Resources, *, world: bool = False, pass_index: int = 0) -> None:
         self.resources, self.world, self.pass_index = resources, world, pass_index
         self.notes: dict[tuple[str, str], None] = {}  # an ordered set
+        self.distant = world  # whether it is infinitely far away
         self._steps: dict[Instruction, Node] = {}
         self._outputs: dict[tuple[int, ...], Value | None] = {}
 
@@ -33,6 +36,18 @@ class Network:
         problem = fault(op, mode, len(inputs), len(options))
         assert not problem, f"{op}: {problem}"
         return self._steps.setdefault(Instruction(op, inputs, mode, tuple(int(n) for n in options)), Node(len(self._steps)))
+
+    def attribute(self, kind: str, name: str = "") -> Value:
+        """The value of a corner attribute."""
+        return self.add("attribute", options=(self.resources.corner_attribute(kind, name),))
+
+    def object_attribute(self, name: str) -> Value:
+        """The value of an object attribute."""
+        return self.add("object_attribute", options=(self.resources.object_attribute(name),))
+
+    def light_path(self, mode: str) -> Value:
+        """What is known of the ray, by one of the modes of `ops.Light`."""
+        return self.add("light_path", mode=mode)
 
     def arriving(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
         """What arrives at an input, in the input's own type; None where nothing does, or nothing that can be told."""
@@ -125,9 +140,9 @@ class At:
         """See `Network.add`."""
         return self.network.add(op, *inputs, mode=mode, options=options)
 
-    def attribute(self, kind: str, name: str = "") -> Node:
-        """The value of a corner attribute."""
-        return self.add("attribute", options=(self.network.resources.corner_attribute(kind, name),))
+    def attribute(self, kind: str, name: str = "") -> Value:
+        """See `Network.attribute`."""
+        return self.network.attribute(kind, name)
 
     def note(self, detail: str, socket: str = "") -> None:
         """Put down what is lost here, and what stands in its place."""

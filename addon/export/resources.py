@@ -6,6 +6,7 @@ import numpy as np
 
 from blender_rl_guiding.scene.data import TABLE_SIZE, Texture
 from blender_rl_guiding.scene.description import Shader
+from blender_rl_guiding.scene.ops import Alpha
 
 # How many of an instruction's options, from the first, are numbers of corner attributes, where they are not below zero.
 _CORNER_OPTIONS = {"attribute": 1, "tangent": 1, "tangent_space": 3}
@@ -31,11 +32,13 @@ class Resources:
     - x_axis, y_axis, z_axis: columns of the inverse transpose of the 3 x 3 of matrix_world, which normals are taken to world space by
     """
 
-    def __init__(self) -> None:
+    def __init__(self, frame: int = 1) -> None:
+        self.frame = frame  # of the scene
         self.corner_attributes: list[tuple[str, str]] = []
         self.object_attributes: list[str] = []
         self.textures: list[Texture] = []
         self._texture_numbers: dict[Hashable, int] = {}
+        self._images: dict[Hashable, tuple[int, Alpha, list[str]]] = {}
         self._tables: dict[bytes, int] = {}
 
     @property
@@ -62,10 +65,20 @@ class Resources:
 
     def texture(self, key: Hashable, read: Callable[[], Texture]) -> int:
         """The number of the texture of a key, which is read where it is new."""
+        return self._texture_numbers[key] if key in self._texture_numbers else self.tiles(key, [read()])
+
+    def tiles(self, key: Hashable, textures: list[Texture]) -> int:
+        """The number of the first texture of a key, for which these are taken where it is new."""
         if key not in self._texture_numbers:
             self._texture_numbers[key] = len(self.textures)
-            self.textures.append(read())
+            self.textures += textures
         return self._texture_numbers[key]
+
+    def image(self, key: Hashable, read: Callable[[], tuple[int, Alpha, list[str]]]) -> tuple[int, Alpha, list[str]]:
+        """What is known of the image of a key: the number of its first texture, what becomes of its alpha, and what is lost."""
+        if key not in self._images:
+            self._images[key] = read()
+        return self._images[key]
 
 
 def corner_attributes_of(shader: Shader) -> set[int]:

@@ -1,6 +1,7 @@
 """Puts the bundle together from what the other files of this folder read."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -33,12 +34,13 @@ class Collector:
         self.shaders: list[Shader] = []
         self.lamps: list[Lamp] = []
         self.losses: dict[Loss, None] = {}  # an ordered set
-        self.resources = Resources()
+        self.resources = Resources(depsgraph.scene.frame_current)
         self.attributes = Attributes()
         self._depsgraph = depsgraph
         self._vertices = 0
         self._meshes: dict[int, Mesh] = {}
         self._tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]] = {}
+        self._lamp_shaders: dict[str, int] = {}
         self._shaders: dict[int, tuple[int, tuple[tuple[str, str], ...]]] = {}
 
     def note(self, losses: Iterable[Loss]) -> None:
@@ -50,11 +52,24 @@ class Collector:
         thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
         seen = visibility(instance, self._depsgraph.view_layer)
         if thing.type == "LIGHT":
-            lamp, losses = read_lamp(thing, matrix, seen)
-            self.lamps += [lamp] if lamp else []
-            self.note(losses)
+            self._add_lamp(instance, seen)
         elif isinstance(thing.data, bpy.types.Mesh) and seen:
             self._add_mesh(instance, matrix, seen)
+
+    def _add_lamp(self, instance: bpy.types.DepsgraphObjectInstance, seen: int) -> None:
+        lamp, shader, losses = read_lamp(instance, seen, self.resources, self._depsgraph)
+        self.note(losses)
+        if lamp and shader:
+            lamp = replace(lamp, shader=self._lamp_shader(shader))
+        self.lamps += [lamp] if lamp else []
+
+    def _lamp_shader(self, shader: Shader) -> int:
+        """The index of a lamp's shader; equal ones are kept once."""
+        key = repr(shader)
+        if key not in self._lamp_shaders:
+            self._lamp_shaders[key] = len(self.shaders)
+            self.shaders.append(shader)
+        return self._lamp_shaders[key]
 
     def _add_mesh(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray, seen: int) -> None:
         thing = instance.object

@@ -61,8 +61,11 @@ def _closure(at: At, weight: Value) -> Iterator[Closure]:
     kind = _KINDS.get(at.node.bl_idname)
     if at.network.world:
         yield from _of_world(at, weight)
-    elif kind == "emission":
+    elif kind == "emission" or (at.network.lamp and at.node.bl_idname == "ShaderNodeBackground"):
         yield from emission(at, weight)
+    elif at.network.lamp:
+        if kind == "principled":  # whatever else there is has no effect on a lamp
+            yield Closure(kind, weight, _inputs(at, kind))
     elif kind is None:
         yield _stand_in(at, weight)
     elif kind == "principled" or not _is_black(at):

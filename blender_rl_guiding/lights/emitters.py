@@ -15,7 +15,8 @@ from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .alias import alias_table
 from .inverse import Inverse, draw, inverse_table
-from .lamps import EMISSION, POSITION, lamp_table, power
+from .lamp_shaders import lamp_light, shaded_lamps
+from .lamps import power
 from .lamps import sample as sample_lamp
 from .tree import LampTree, lamp_tree
 from .world import WorldMap, sample_world, world_map, world_pdf, world_radiance
@@ -50,7 +51,9 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     radiance = _mean_radiance(scene, shading, surface, triangle, area, constant)
     weight = radiance.astype(np.float64) @ LUMINANCE
     triangle, area = _lit(triangle, area, weight[scene.material[triangle]])
-    local = np.concatenate([2 * np.pi * area * weight[scene.material[triangle]], [power(lamp, radius) for lamp in scene.lamps]])
+    lamps, emitted = shaded_lamps(scene, shading, constant)
+    powers = [power(lamp, e, radius) for lamp, e in zip(scene.lamps, emitted, strict=True)]
+    local = np.concatenate([2 * np.pi * area * weight[scene.material[triangle]], powers])
     distant = np.zeros(len(local) + 1)
     for k, lamp in enumerate(scene.lamps):
         if lamp.kind == "sun":
@@ -61,8 +64,6 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     share = _halves(local, distant)
     pdf_area = np.zeros(len(scene.shaders), np.float32)
     pdf_area[scene.material[triangle]] = share[: len(triangle)] / np.maximum(area, 1e-30)
-    lamps = lamp_table(scene.lamps)
-    lamps[:, POSITION:EMISSION] -= scene.origin
     return Lights(
         pick=inverse_table(share if share.any() else np.ones(len(share))),
         probability=share.astype(np.float32),
@@ -216,6 +217,7 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
         return wi, reach, light, lights.pdf_area[shader] * squared / cosine, emitter
     if emitter < triangles + lamps:
         wi, distance, light, pdf = sample_lamp(lights.lamps, emitter - triangles, x, u, v)
+        light = lamp_light(lights.lamps, shading, registers, emitter - triangles, x, wi, distance, light, depth)
         if pdf == F(0):
             light = scale(light, F(1) / chance)
         return wi, distance * F(1 - 2**-18), light, pdf * chance, emitter

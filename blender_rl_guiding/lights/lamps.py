@@ -17,7 +17,7 @@ POINT, SPOT, SUN, AREA = range(4)
 _KINDS = ("point", "spot", "sun", "area")
 # Columns of the table of lamps.
 KIND, AXIS_X, AXIS_Y, AXIS_Z, POSITION, EMISSION, RADIUS, SOFT, CONE, SMOOTH = 0, 1, 4, 7, 10, 13, 16, 17, 18, 19
-WIDTH, HEIGHT, ELLIPSE, SPREAD, SPREAD_SCALE, VISIBILITY, SHADOW, HITTABLE, COLUMNS = 20, 21, 22, 23, 24, 25, 26, 27, 28
+WIDTH, HEIGHT, ELLIPSE, SPREAD, SPREAD_SCALE, VISIBILITY, SHADOW, HITTABLE, SHADER, COLUMNS = 20, 21, 22, 23, 24, 25, 26, 27, 28, 29
 NOWHERE = F(np.inf)
 DARK = (F(0), F(0), F(0))
 
@@ -41,12 +41,13 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
         row[SPREAD], row[SPREAD_SCALE] = _spread(lamp)
         size = lamp.width * lamp.height * lamp.spread if lamp.kind == "area" else lamp.radius
         row[[VISIBILITY, SHADOW, HITTABLE]] = seen_by(lamp.visibility, EMITTERS), lamp.shadow, lamp.mis and size > 0
+        row[SHADER] = lamp.shader
     return table
 
 
-def power(lamp: Lamp, scene_radius: float) -> float:
-    """About what it sends into the scene, as luminance; only ratios matter."""
-    luminance = float(np.dot(lamp.emission, (0.2126, 0.7152, 0.0722)))
+def power(lamp: Lamp, emission: np.ndarray, scene_radius: float) -> float:
+    """About what a lamp of an emission, (3,), sends into the scene, as luminance; only ratios matter."""
+    luminance = float(np.dot(emission, (0.2126, 0.7152, 0.0722)))
     if lamp.kind == "area":
         return luminance * math.pi * lamp.width * lamp.height * (math.pi / 4 if lamp.ellipse else 1)
     if lamp.kind == "sun":
@@ -70,7 +71,8 @@ def _spread(lamp: Lamp) -> tuple[float, float]:
 
 
 @part
-def _three(lamps, k, column):
+def three(lamps, k, column):
+    """Three numbers of lamp k, from a column on."""
     return lamps[k, column], lamps[k, column + 1], lamps[k, column + 2]
 
 
@@ -102,12 +104,12 @@ def hit(lamps, k, origin, wi):
 @part
 def _ball_radiance(lamps, k, wi):
     """Radiance of a point or spot with a radius; without, its intensity."""
-    emission = _three(lamps, k, EMISSION)
+    emission = three(lamps, k, EMISSION)
     r = lamps[k, RADIUS]
     if r > F(0):
         emission = scale(emission, INV_PI / (r * r))
     if lamps[k, KIND] == F(SPOT):
-        inside = (dot(_three(lamps, k, AXIS_Z), wi) - lamps[k, CONE]) * lamps[k, SMOOTH]
+        inside = (dot(three(lamps, k, AXIS_Z), wi) - lamps[k, CONE]) * lamps[k, SMOOTH]
         t = min(max(inside, F(0)), F(1))
         emission = scale(emission, t * t * (F(3) - F(2) * t))
     return emission
@@ -115,7 +117,7 @@ def _ball_radiance(lamps, k, wi):
 
 @part
 def _sample_ball(lamps, k, x, u, v):
-    centre, r = _three(lamps, k, POSITION), lamps[k, RADIUS]
+    centre, r = three(lamps, k, POSITION), lamps[k, RADIUS]
     to_centre = subtract(centre, x)
     squared = max(dot(to_centre, to_centre), F(1e-12))
     distance = math.sqrt(squared)
@@ -167,7 +169,7 @@ def _ball_distance(to_centre, r, wi):
 
 @part
 def _hit_ball(lamps, k, origin, wi):
-    r, to_centre = lamps[k, RADIUS], subtract(_three(lamps, k, POSITION), origin)
+    r, to_centre = lamps[k, RADIUS], subtract(three(lamps, k, POSITION), origin)
     along = dot(to_centre, wi)
     aside = subtract(to_centre, scale(wi, along))
     squared = dot(to_centre, to_centre)
@@ -180,7 +182,7 @@ def _hit_ball(lamps, k, origin, wi):
 
 @part
 def _hit_disc(lamps, k, origin, wi):
-    r, to_centre = lamps[k, RADIUS], subtract(_three(lamps, k, POSITION), origin)
+    r, to_centre = lamps[k, RADIUS], subtract(three(lamps, k, POSITION), origin)
     squared = dot(to_centre, to_centre)
     along = dot(to_centre, wi)
     if along <= F(0) or squared == F(0):
@@ -198,9 +200,9 @@ def _hit_disc(lamps, k, origin, wi):
 
 @part
 def _sample_sun(lamps, k, u, v):
-    axis, angle = _three(lamps, k, AXIS_Z), lamps[k, RADIUS]
+    axis, angle = three(lamps, k, AXIS_Z), lamps[k, RADIUS]
     if angle == F(0):
-        return axis, NOWHERE, _three(lamps, k, EMISSION), F(0)
+        return axis, NOWHERE, three(lamps, k, EMISSION), F(0)
     opening = F(2) * math.sin(F(0.5) * angle) ** F(2)
     wi = _in_cone(axis, opening, u, v)
     return wi, NOWHERE, _sun_radiance(lamps, k), F(1) / (TWO_PI * opening)
@@ -210,12 +212,12 @@ def _sample_sun(lamps, k, u, v):
 def _sun_radiance(lamps, k):
     """So that a surface facing the middle of the disc receives the irradiance given."""
     sine = math.sin(lamps[k, RADIUS])
-    return scale(_three(lamps, k, EMISSION), INV_PI / (sine * sine))
+    return scale(three(lamps, k, EMISSION), INV_PI / (sine * sine))
 
 
 @part
 def _hit_sun(lamps, k, wi):
-    axis = _three(lamps, k, AXIS_Z)
+    axis = three(lamps, k, AXIS_Z)
     aside = cross(axis, wi)
     sine = math.sin(lamps[k, RADIUS])
     if dot(axis, wi) <= F(0) or dot(aside, aside) > sine * sine:
@@ -235,7 +237,7 @@ def _area(lamps, k):
 @part
 def _area_radiance(lamps, k, cosine):
     """Radiance at an angle from the axis; with a spread, that of a softbox with a grid."""
-    emission = _three(lamps, k, EMISSION)
+    emission = three(lamps, k, EMISSION)
     if lamps[k, SPREAD] == NOWHERE:
         return emission
     tangent = math.sqrt(max(F(0), F(1) - cosine * cosine)) / cosine
@@ -250,12 +252,12 @@ def _sample_area(lamps, k, x, u, v):
     if lamps[k, ELLIPSE] > F(0):
         rho, (a, b) = F(0.5) * math.sqrt(u), circle(v)
         a, b = rho * a, rho * b
-    centre = subtract(_three(lamps, k, POSITION), x)
-    y = add(centre, add(scale(_three(lamps, k, AXIS_X), a * lamps[k, WIDTH]), scale(_three(lamps, k, AXIS_Y), b * lamps[k, HEIGHT])))
+    centre = subtract(three(lamps, k, POSITION), x)
+    y = add(centre, add(scale(three(lamps, k, AXIS_X), a * lamps[k, WIDTH]), scale(three(lamps, k, AXIS_Y), b * lamps[k, HEIGHT])))
     squared = max(dot(y, y), F(1e-12))
     distance = math.sqrt(squared)
     wi = scale(y, F(1) / distance)
-    cosine = dot(_three(lamps, k, AXIS_Z), wi)
+    cosine = dot(three(lamps, k, AXIS_Z), wi)
     if cosine <= F(1e-6):
         return wi, distance, DARK, F(1)
     return wi, distance, _area_radiance(lamps, k, cosine), squared / (cosine * _area(lamps, k))
@@ -264,23 +266,23 @@ def _sample_area(lamps, k, x, u, v):
 @part
 def _sample_beam(lamps, k, x):
     """Of a spread of 0: all the light goes along the axis, as that of a sun."""
-    axis = _three(lamps, k, AXIS_Z)
+    axis = three(lamps, k, AXIS_Z)
     distance = _area_distance(lamps, k, x, axis)
-    light = scale(_three(lamps, k, EMISSION), PI) if distance < NOWHERE else DARK
+    light = scale(three(lamps, k, EMISSION), PI) if distance < NOWHERE else DARK
     return axis, distance, light, F(0)
 
 
 @part
 def _area_distance(lamps, k, origin, wi):
     """Where a ray meets the front of the lamp; NOWHERE if it misses."""
-    cosine = dot(_three(lamps, k, AXIS_Z), wi)
-    to_centre = subtract(_three(lamps, k, POSITION), origin)
-    along = dot(to_centre, _three(lamps, k, AXIS_Z))
+    cosine = dot(three(lamps, k, AXIS_Z), wi)
+    to_centre = subtract(three(lamps, k, POSITION), origin)
+    along = dot(to_centre, three(lamps, k, AXIS_Z))
     if cosine <= F(1e-6) or along <= F(0):
         return NOWHERE
     distance = along / cosine
     aside = subtract(scale(wi, distance), to_centre)
-    a, b = dot(aside, _three(lamps, k, AXIS_X)) / lamps[k, WIDTH], dot(aside, _three(lamps, k, AXIS_Y)) / lamps[k, HEIGHT]
+    a, b = dot(aside, three(lamps, k, AXIS_X)) / lamps[k, WIDTH], dot(aside, three(lamps, k, AXIS_Y)) / lamps[k, HEIGHT]
     inside = a * a + b * b <= F(0.25) if lamps[k, ELLIPSE] > F(0) else max(abs(a), abs(b)) <= F(0.5)
     return distance if inside else NOWHERE
 
@@ -290,5 +292,5 @@ def _hit_area(lamps, k, origin, wi):
     distance = _area_distance(lamps, k, origin, wi)
     if distance == NOWHERE:
         return NOWHERE, DARK, F(0)
-    cosine = dot(_three(lamps, k, AXIS_Z), wi)
+    cosine = dot(three(lamps, k, AXIS_Z), wi)
     return distance, _area_radiance(lamps, k, cosine), distance * distance / (cosine * _area(lamps, k))

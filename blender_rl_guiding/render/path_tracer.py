@@ -98,7 +98,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         learnt += recorded
 
         # --- lamps on the way, and surroundings --------------------------------------------------------------------------
-        light = lamps_met(stage.lights, start, ray, travelled, distance, pdf, kind, limits.nee)
+        light = lamps_met(stage, registers, start, ray, travelled, distance, pdf, kind, max(scattered, 1), limits.nee)
         if triangle < 0:
             hidden = limits.transparent_film and not seen
             if not hidden and stage.world_visibility & kind:

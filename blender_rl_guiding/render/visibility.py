@@ -4,6 +4,7 @@ import numpy as np
 
 from ..bsdf import surface as bsdf
 from ..kernels import part
+from ..lights.lamp_shaders import lamp_light
 from ..lights.lamps import HITTABLE, SHADOW, VISIBILITY
 from ..lights.lamps import hit as hit_lamp
 from ..lights.tree import crosses, inverse
@@ -19,27 +20,29 @@ ZERO, ONE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 
 
 @part
-def lamps_met(lights, start, ray, travelled, distance, pdf, kind, nee):
+def lamps_met(stage, registers, start, ray, travelled, distance, pdf, kind, depth, nee):
     """What a ray from `start` receives from lamps between `travelled` and `travelled + distance`, weighed against their being sampled."""
-    light, tree, over, i = ZERO, lights.tree, inverse(ray), 0
+    light, tree, over, i = ZERO, stage.lights.tree, inverse(ray), 0
     while i < tree.skip.shape[0]:
         if not crosses(tree, i, start, over, travelled + distance):
             i = tree.skip[i]
             continue
         k = np.int64(tree.lamp[i])
         if k >= 0:
-            light = add(light, _lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee))
+            light = add(light, _lamp_met(stage, registers, k, start, ray, travelled, distance, pdf, kind, depth, nee))
         i += 1
     return light
 
 
 @part
-def _lamp_met(lights, k, start, ray, travelled, distance, pdf, kind, nee):
+def _lamp_met(stage, registers, k, start, ray, travelled, distance, pdf, kind, depth, nee):
+    lights = stage.lights
     if not np.int32(lights.lamps[k, VISIBILITY]) & kind:
         return ZERO
     met, light, pdf_lamp = hit_lamp(lights.lamps, k, start, ray)
     if met <= travelled or met > travelled + distance or pdf_lamp == F(0):
         return ZERO
+    light = lamp_light(lights.lamps, stage.shading, registers, k, start, ray, met, light, depth)
     if nee and pdf > F(0):
         light = scale(light, pdf / (pdf + pdf_lamp * lights.probability[lights.triangle.shape[0] + k]))
     return light

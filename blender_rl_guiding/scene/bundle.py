@@ -15,7 +15,7 @@ from ..errors import InputError, atomic
 from .data import ARRAYS, SceneData, Texture, find_fault
 from .description import Bounces, Camera, Film, Lamp, Loss, Node, Shader, Value
 
-VERSION = 2
+VERSION = 3
 # What numpy, zipfile and json raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
 _DAMAGE += (LookupError, RuntimeError, TypeError, ValueError, AssertionError)
@@ -57,7 +57,7 @@ def _scene(header: dict[str, Any], file: Any) -> SceneData:
         texels = file[f"texture_{k}"]
         if texels.dtype not in (np.uint8, np.float32) or texels.ndim != 3 or texels.shape[2] != 4 or not texels.size:
             raise ValueError(f"texture_{k} is {texels.dtype}{texels.shape}")
-        textures.append(Texture(str(entry["name"]), bool(entry["srgb"]), texels))
+        textures.append(Texture(str(entry["name"]), bool(entry["srgb"]), texels, int(entry["tile"]), int(entry["rest"])))
     return SceneData(
         name=str(header["name"]),
         shaders=_read(tuple[Shader, ...], header["shaders"]),

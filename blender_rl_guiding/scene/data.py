@@ -54,6 +54,8 @@ class Texture:
     srgb: bool  # whether 8-bit colours have to be decoded; alpha never has
     # (H, W, 4) uint8 or float32, RGBA, top row first; whether colours are multiplied by alpha is told where they are read: `ops.Alpha`
     texels: np.ndarray = field(compare=False)
+    tile: int = 0  # UDIM number of a tile of an image: 1001 + column + 10 row; 0 for a whole image
+    rest: int = 0  # how many textures after it are tiles of the same image, in rising order
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +143,7 @@ class SceneData:
             "lamps": [asdict(lamp) for lamp in self.lamps],
             "film": asdict(self.film),
             "bounces": asdict(self.bounces),
-            "textures": [{"name": t.name, "srgb": t.srgb} for t in self.textures],
+            "textures": [{"name": t.name, "srgb": t.srgb, "tile": t.tile, "rest": t.rest} for t in self.textures],
             "coverage": [asdict(loss) for loss in self.coverage],
         }
 
@@ -232,6 +234,11 @@ def _find_bad_description(scene: SceneData) -> str:
         impossible = not np.isfinite(numbers).all() or min(*lamp.emission, lamp.radius, lamp.width, lamp.height) < 0
         if lamp.kind not in _LAMPS or np.shape(lamp.to_world) != (4, 4) or impossible:
             return f"lamp {lamp.name!r} is not one: {lamp}"
+        if not -1 <= lamp.shader < len(scene.shaders):
+            return f"lamp {lamp.name!r} has shader {lamp.shader}, but there are {len(scene.shaders)}"
+    for k, texture in enumerate(scene.textures):
+        if not 0 <= texture.rest < len(scene.textures) - k:
+            return f"texture {texture.name!r} is followed by {texture.rest} tiles, but there are {len(scene.textures) - k - 1} textures"
     return ""
 
 

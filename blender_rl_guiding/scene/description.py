@@ -94,6 +94,7 @@ class Lamp:
     visibility: int = VISIBLE & ~CAMERA
     shadow: bool = True  # whether things stand in its way
     mis: bool = True  # whether it can be hit by rays, and not only sampled
+    shader: int = -1  # index of the scene's shaders, whose emission the lamp's is multiplied by; -1 for none
 
 
 # --- shaders ---------------------------------------------------------------------------------------------------------

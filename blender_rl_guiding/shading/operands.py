@@ -28,7 +28,7 @@ class Shading(NamedTuple):
     first_varying: np.ndarray  # (K + 1,) int32: the first row there of each closure
     constants: np.ndarray  # (C, 3) float32
     tables: np.ndarray  # (R, 256, 4) float32
-    textures: np.ndarray  # (X, 4) int64: first texel, width, height, kind of texels
+    textures: np.ndarray  # (X, 6) int64: first texel, width, height, kind of texels; number of the tile or 0, tiles that follow
     bytes: np.ndarray  # (B, 4) uint8, the texels of all textures of 8 bits
     floats: np.ndarray  # (N, 4) float32, those of all others
     attributes: np.ndarray  # (N, 3, 3) float32, see SceneData

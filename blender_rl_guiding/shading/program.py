@@ -183,12 +183,12 @@ def _assets(scene: SceneData, bumps: bool) -> Shading:
 
 def _texels(textures: tuple[Texture, ...]) -> dict[str, np.ndarray]:
     """The textures, one after another."""
-    table, ends = np.zeros((len(textures), 4), np.int64), {np.dtype(np.uint8): 0, np.dtype(np.float32): 0}
+    table, ends = np.zeros((len(textures), 6), np.int64), {np.dtype(np.uint8): 0, np.dtype(np.float32): 0}
     for row, texture in zip(table, textures, strict=True):
         height, width, _ = texture.texels.shape
         dtype = texture.texels.dtype
         kind = FLOATS if dtype == np.float32 else SRGB_CODES if texture.srgb else CODES
-        row[:] = ends[dtype], width, height, kind
+        row[:] = ends[dtype], width, height, kind, texture.tile, texture.rest
         ends[dtype] += width * height
     texels = {dtype: [t.texels.reshape(-1, 4) for t in textures if t.texels.dtype == dtype] for dtype in ends}
     codes, floats = (np.concatenate([np.zeros((0, 4), dtype), *parts]) for dtype, parts in texels.items())

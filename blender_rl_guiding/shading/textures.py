@@ -12,6 +12,7 @@ from .vectors import unit
 
 CODES, SRGB_CODES, FLOATS = range(3)  # kinds of texels: what 8 bits mean, or single precision
 OUTSIDE = -1
+TILE, REST = 4, 5  # columns of the table of textures
 U = np.uint32
 # Arguments of the same type as what comes from code, so that a kernel is not compiled once for each of them.
 REPEAT, PACKED, PREMULTIPLIED = np.int32(Extension.REPEAT), np.int32(Alpha.PACKED), np.int32(Alpha.PREMULTIPLIED)
@@ -99,11 +100,31 @@ def bilinear(shading, texture, x, y, extension, alpha):
 
 
 @part
+def find_tile(shading, texture, u, v):
+    """The tile of an image, by its first, that is at (u, v), and where in the tile that is; OUTSIDE where there is none.
+
+    As in Cycles, the tiles at the left and lower edge reach one further, to where their coordinates are negative.
+    """
+    if not (F(-1) < u < F(10) and F(-1) < v < F(100)):
+        return np.int64(OUTSIDE), u, v
+    column, row = np.int64(u), np.int64(v)
+    for k in range(texture, texture + shading.textures[texture, REST] + 1):
+        if shading.textures[k, TILE] == 1001 + column + 10 * row:
+            return np.int64(k), u - F(column), v - F(row)
+    return np.int64(OUTSIDE), u, v
+
+
+@part
 def lookup(shading, texture, u, v, extension, interpolation, alpha):
     """RGBA of an image in linear light, in Cycles' order: multiplied by alpha, interpolated, divided, and only then decoded."""
-    width, height, kind = shading.textures[texture, 1], shading.textures[texture, 2], shading.textures[texture, 3]
     if not (math.isfinite(u) and math.isfinite(v)):
         return F(0), F(0), F(0), F(0)
+    texture = np.int64(texture)
+    if shading.textures[texture, TILE] != 0:
+        texture, u, v = find_tile(shading, texture, u, v)
+        if texture == OUTSIDE:
+            return F(1), F(0), F(1), F(1)
+    width, height, kind = shading.textures[texture, 1], shading.textures[texture, 2], shading.textures[texture, 3]
     x, y = u * F(width), v * F(height)
     if interpolation == Interpolation.LINEAR:
         r, g, b, a = bilinear(shading, texture, x, y, extension, alpha)

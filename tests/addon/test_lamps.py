@@ -86,15 +86,65 @@ def test_a_node_tree_multiplies(run: Export, add: Add):
     assert scene.coverage == ()
 
 
-def test_nodes_that_vary_are_listed(run: Export, add: Add):
-    tree = add("SUN").data.node_tree
-    tree.links.new(tree.nodes.new("ShaderNodeLightFalloff").outputs["Linear"], tree.nodes["Emission"].inputs["Strength"])
+def strength(thing: bpy.types.Object, kind: str, output: str) -> bpy.types.Node:
+    """A new node of a lamp's tree that its strength comes from."""
+    tree = thing.data.node_tree
+    new = tree.nodes.new(f"ShaderNode{kind}")
+    tree.links.new(new.outputs[output], tree.nodes["Emission"].inputs["Strength"])
+    return new
+
+
+def test_a_colour_temperature_is_a_colour(run: Export, add: Add):
+    thing = add("SUN")
+    tree = thing.data.node_tree
+    node = tree.nodes.new("ShaderNodeBlackbody")
+    node.inputs["Temperature"].default_value = 2700
+    tree.links.new(node.outputs[0], tree.nodes["Emission"].inputs["Color"])
     scene = run()
-    assert only(scene).emission == pytest.approx((10, 10, 10))
-    (line,) = lines(scene)
-    assert line.startswith("SUN, lamp 'SUN', node 'Light Falloff': ")
-    tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Position"], tree.nodes["Emission"].inputs["Strength"])
-    assert lines(run()) == ["SUN, lamp 'SUN': its nodes vary: what varies counts as 1"]
+    assert (only(scene).shader, scene.coverage) == (-1, ())
+    red, green, blue = only(scene).emission
+    assert red > green > blue
+    assert np.dot(only(scene).emission, (0.2126, 0.7152, 0.0722)) == pytest.approx(10, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "output"), [("NewGeometry", "Position"), ("TexCoord", "UV"), ("LightFalloff", "Linear"), ("ObjectInfo", "Random")]
+)
+@pytest.mark.parametrize("lamp", ["POINT", "SPOT", "AREA", "SUN"])
+def test_nodes_that_vary_are_a_shader(run: Export, add: Add, lamp: str, kind: str, output: str):
+    thing = add(lamp, **{"POINT": {}, "SPOT": {}, "AREA": {"size": 1.0}, "SUN": {"angle": 0.1}}[lamp])
+    plain = only(run()).emission
+    strength(thing, kind, output)
+    scene = run()
+    assert scene.coverage == ()
+    constant = kind == "ObjectInfo" or (kind == "LightFalloff" and lamp == "SUN")
+    if constant:
+        assert only(scene).shader == -1
+    else:
+        assert only(scene).emission == plain
+        (closure,) = scene.shaders[only(scene).shader].closures
+        assert closure.kind == "emission"
+
+
+def test_lamps_do_not_know_the_kind_of_a_ray(run: Export, add: Add):
+    """As measured in Cycles."""
+    strength(add("POINT"), "LightPath", "Is Camera Ray")
+    assert run().lamps == ()
+
+
+def test_what_a_lamp_cannot_have_is_listed(run: Export, add: Add):
+    strength(add("SPOT"), "TexIES", 0)
+    (line,) = lines(run())
+    assert line.startswith("SPOT, lamp 'SPOT', node 'IES Texture': IES Texture is not supported")
+
+
+def test_equal_shaders_of_lamps_are_kept_once(run: Export, add: Add, scene: bpy.types.Scene):
+    thing = add("POINT")
+    strength(thing, "LightFalloff", "Linear")
+    other = thing.copy()
+    scene.collection.objects.link(other)
+    both = run()
+    assert [lamp.shader for lamp in both.lamps] == [both.lamps[0].shader] * 2
 
 
 def test_point(run: Export, add: Add):
@@ -173,6 +223,7 @@ def test_lamps_that_give_no_light_leave_no_trace(run: Export, add: Add):
     add("SUN", color=(0, 0, 0))
     add("SPOT").hide_render = True
     add("AREA").scale = (0, 1, 1)
+    strength(add("AREA", size=0), "TexCoord", "UV")
     unlinked = add("POINT").data.node_tree
     unlinked.links.clear()
     scene = run()

@@ -1,4 +1,4 @@
-"""Ramps, curves and the Blackbody node come out as tables, which have the values that Blender shows."""
+"""Ramps, curves and the Blackbody node come out as tables where they vary, which have the values that Blender shows."""
 
 import bpy
 import numpy as np
@@ -6,7 +6,7 @@ import pytest
 
 from addon.export.resources import Resources
 from blender_rl_guiding.scene.data import TABLE_SIZE
-from tests.addon.trees import color, probe
+from tests.addon.trees import color, node, probe
 
 A = (0.25, 0.5, 0.75, 1)
 a = A[:3]
@@ -55,15 +55,21 @@ def test_a_float_curve(paint: bpy.types.Material, tree: bpy.types.NodeTree):
     assert resources.tables[0, :, 0] == pytest.approx(np.linspace(0, 1, TABLE_SIZE), abs=1e-3)
 
 
-@pytest.mark.parametrize(  # what Cycles 5.2 renders
-    ("temperature", "expected"), [(1000, (4.6021, 0.0390, 0)), (3000, (1.7711, 0.8443, 0.2722)), (6500, (1.0427, 0.9840, 1.0350))]
-)
-def test_a_blackbody_is_a_table_of_colours(
-    paint: bpy.types.Material, tree: bpy.types.NodeTree, temperature: float, expected: tuple[float, ...]
-):
+HOT = {1000: (4.6021, 0.0390, 0), 3000: (1.7711, 0.8443, 0.2722), 6500: (1.0427, 0.9840, 1.0350)}  # what Cycles 5.2 renders
+
+
+@pytest.mark.parametrize("temperature", HOT)
+def test_a_blackbody_is_a_colour(paint: bpy.types.Material, tree: bpy.types.NodeTree, temperature: float):
     probe(tree, "ShaderNodeBlackbody", Temperature=temperature)
+    assert color(paint) == pytest.approx(HOT[temperature], abs=1e-4)
+
+
+def test_a_blackbody_whose_temperature_varies_is_a_table_of_colours(paint: bpy.types.Material, tree: bpy.types.NodeTree):
+    depth = node(tree, "ShaderNodeLightPath").outputs["Ray Depth"]
+    probe(tree, "ShaderNodeBlackbody", Temperature=depth)
     resources, low, high = Resources(), np.log(800), np.log(12000)
-    logarithm = ("math", "LOGARITHM", (0,), (temperature, np.e, 0.0))
+    logarithm = ("math", "LOGARITHM", (0,), (("light_path", "RAY_DEPTH"), np.e, 0.0))
     assert color(paint, resources) == ("ramp", (0, 1), (("map_range", "LINEAR", (0,), (logarithm, low, high, 0.0, 1.0)),))
-    found = [np.interp(np.log(temperature), np.linspace(low, high, TABLE_SIZE), column) for column in resources.tables[0, :, :3].T]
-    assert found == pytest.approx(expected, abs=1e-4)
+    for temperature, expected in HOT.items():
+        found = [np.interp(np.log(temperature), np.linspace(low, high, TABLE_SIZE), column) for column in resources.tables[0, :, :3].T]
+        assert found == pytest.approx(expected, abs=1e-4)

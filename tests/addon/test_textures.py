@@ -223,8 +223,6 @@ def test_no_image_is_magenta(paint: bpy.types.Material, tree: bpy.types.NodeTree
     [
         ({"projection": "BOX"}, "projection BOX: FLAT stands in"),
         ({"interpolation": "Cubic"}, "interpolation Cubic: Linear stands in"),
-        ({"image.source": "TILED"}, "image 'image.png' has several tiles: the first is repeated"),
-        ({"image.source": "SEQUENCE"}, "image 'image.png' is animated: the frame that is loaded stands in"),
         ({"image.colorspace_settings.name": "ACEScg"}, "image 'image.png' has colour space ACEScg: sRGB stands in"),
         ({"texture_mapping.scale": (2, 1, 1)}, "texture mapping: the coordinates are not mapped"),
     ],

@@ -98,7 +98,9 @@ def _perpendicular(at: At, kind: str, name: str) -> Value:
     return at.add("tangent", options=(resources.corner_attribute(kind, name), *resources.normal_axes()))
 
 
-def _tangent(at: At, _output: str) -> Value:
+def _tangent(at: At, output: str) -> Value | None:
+    if at.network.lamp:
+        return _unsupported(at, output)
     if at.node.direction_type == "RADIAL":
         return tangent(at, at.node.axis)
     return _perpendicular(at, "TANGENT", at.node.uv_map)
@@ -106,7 +108,7 @@ def _tangent(at: At, _output: str) -> Value:
 
 def _geometry(at: At, output: str) -> Value | None:
     if output == "Tangent" and not at.network.world:
-        return tangent(at)
+        return _tangent(at, output) if at.network.lamp else tangent(at)
     if output == "Parametric":
         return (1.0, 0.0, 0.0) if at.network.world else at.attribute("PARAMETRIC")
     return at.add(_GEOMETRY[output]) if output in _GEOMETRY else _unsupported(at, output)
@@ -116,14 +118,33 @@ def _object_info(at: At, output: str) -> Value | None:
     if output == "Material Index":
         return float(at.network.pass_index)
     if output in _OBJECT_INFO and not at.network.world:
-        return at.add("object_attribute", options=(at.network.resources.object_attribute(_OBJECT_INFO[output]),))
+        return at.network.object_attribute(_OBJECT_INFO[output])
     return _unsupported(at, output)
 
 
 def _light_path(at: At, output: str) -> Value | None:
     if output == "Is Volume Scatter Ray":
         return 0.0  # there are no volumes
-    return at.add("light_path", mode=output.upper().replace(" ", "_")) if output in _RAYS else _unsupported(at, output)
+    return at.network.light_path(output.upper().replace(" ", "_")) if output in _RAYS else _unsupported(at, output)
+
+
+def _light_falloff(at: At, output: str) -> Value:
+    """Strength times the distance, to a power, so that it falls off less. Smooth is for those who come too near."""
+    strength, smooth = at.value("Strength"), at.value("Smooth")
+    if at.network.distant:
+        return strength
+    distance = at.network.light_path("RAY_LENGTH")
+    squared = _math(at, "MULTIPLY", distance, distance)
+    if output != "Quadratic":
+        strength = _math(at, "MULTIPLY", strength, distance if output == "Linear" else squared)
+    if isinstance(smooth, float) and smooth <= 0:
+        return strength
+    smoothed = _math(at, "DIVIDE", squared, _math(at, "ADD", squared, _math(at, "MAXIMUM", smooth, 0.0)))
+    return _math(at, "MULTIPLY", strength, smoothed)
+
+
+def _math(at: At, mode: str, a: Value, b: Value) -> Value:
+    return at.add("math", a, b, 0.0, mode=mode, options=(0,))
 
 
 def _fresnel(at: At, _output: str) -> Value:
@@ -145,6 +166,7 @@ READERS: dict[str, Callable[[At, str], Value | None]] = {
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeObjectInfo": _object_info,
     "ShaderNodeLightPath": _light_path,
+    "ShaderNodeLightFalloff": _light_falloff,
     "ShaderNodeFresnel": _fresnel,
     "ShaderNodeLayerWeight": _layer_weight,
 }

@@ -9,7 +9,7 @@ from numpy.polynomial.polynomial import polyval
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At
+from ..network import At, triple
 
 _COLDEST, _HOTTEST = 800.0, 12000.0  # kelvin; beyond them colours stay as they are there
 # Cycles approximates the colours piece by piece; these begin at so many kelvin. Of each piece, with x in 1000 K: c and a, b of
@@ -43,8 +43,11 @@ _BLUE = (
 
 
 def _blackbody(at: At, _output: str) -> Value:
+    temperature = at.value("Temperature")
+    if isinstance(temperature, float):
+        return triple(_colors(np.array([temperature]).clip(_COLDEST, _HOTTEST))[0])
     # Equal steps of the logarithm: a quarter of the table is for the coldest 750 K, where colours change the most.
-    logarithm = at.add("math", at.value("Temperature"), math.e, 0.0, mode="LOGARITHM", options=(0,))
+    logarithm = at.add("math", temperature, math.e, 0.0, mode="LOGARITHM", options=(0,))
     coldest, hottest = math.log(_COLDEST), math.log(_HOTTEST)
     place = at.add("map_range", logarithm, coldest, hottest, 0.0, 1.0, mode="LINEAR", options=(0,))
     table = _colors(np.exp(np.linspace(coldest, hottest, TABLE_SIZE)))

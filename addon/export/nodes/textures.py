@@ -47,6 +47,9 @@ def _settings(node: bpy.types.ShaderNodeTexImage) -> tuple:
 
 
 def _environment(at: At, _output: str) -> Value:
+    if at.node.image and at.node.image.source == "TILED":
+        at.note(f"image '{at.node.image.name}' has tiles, but surroundings have not: magenta stands in, as in Cycles")
+        return 1.0, 0.0, 1.0
     texture, _ = read_image(at, wants_alpha=False)
     options = (texture, Projection[at.node.projection], _interpolation(at))
     return at.add("environment", _vector(at, lambda at: at.add("position")), options=options)

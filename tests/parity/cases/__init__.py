@@ -3,7 +3,7 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, edges, far, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from . import cameras, edges, far, geometry, integrator, lamp_nodes, lamps, lighting, patterns, pictures, principled, surfaces, textures
 from .registry import CASES, Case
 
 __all__ = [
@@ -14,9 +14,11 @@ __all__ = [
     "far",
     "geometry",
     "integrator",
+    "lamp_nodes",
     "lamps",
     "lighting",
     "patterns",
+    "pictures",
     "principled",
     "surfaces",
     "textures",

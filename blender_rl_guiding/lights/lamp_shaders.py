@@ -1,0 +1,98 @@
+"""Lamps with shaders: what a lamp emits by `lamps`, times what its shader emits at the point of it that is sampled or hit."""
+
+import numpy as np
+
+from ..bsdf.surface import emission
+from ..kernels import kernel, part
+from ..references import ref
+from ..sampling import F, add, multiply, scale, stream, subtract, uniform2
+from ..scene.data import SceneData
+from ..shading.evaluate import run
+from ..shading.operands import KINDS, REGISTERS, Shading, make_point
+from .lamps import AREA, AXIS_Z, EMISSION, KIND, POSITION, RADIUS, SHADER, SOFT, SUN, lamp_table, sample, three
+
+PROBES = 512  # points from which the mean of a shader that varies is estimated
+_LEAST = 0.01  # of what a lamp would emit without its shader, which is looked at in some places only
+_FARTHEST = F(3.4028235e38)  # the length of rays to suns, as in Cycles
+_ONE, _DARK = (F(1), F(1), F(1)), (F(0), F(0), F(0))
+_EMISSION = KINDS.index("emission")
+
+
+def shaded_lamps(scene: SceneData, shading: Shading, constant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The `lamp_table` with positions from the scene's origin, and what each of the lamps emits on average, (K, 3) float64.
+
+    `constant` (S,) tells which shaders emit the same everywhere: these become part of the table.
+    """
+    lamps = lamp_table(scene.lamps)
+    lamps[:, POSITION:EMISSION] -= scene.origin
+    for row in lamps:
+        shader = int(row[SHADER])
+        if shader >= 0 and constant[shader] and (factor := _constant_emission(shading, shader)) is not None:
+            row[EMISSION:RADIUS] *= factor
+            row[SHADER] = -1
+    factors = np.ones((len(lamps), 3), np.float32)
+    varying = lamps[:, SHADER] >= 0
+    if varying.any():
+        low, high = scene.bounds
+        probe_lamps(lamps, shading, np.zeros((REGISTERS, 3), np.float32), low, high, factors)
+        factors[varying] = np.nan_to_num(factors[varying]) + F(_LEAST)
+    return lamps, lamps[:, EMISSION:RADIUS].astype(np.float64) * factors
+
+
+def _constant_emission(shading: Shading, shader: int) -> np.ndarray | None:
+    """(3,) what the emission closures of a shader add up to; None where there are other closures."""
+    first, end = shading.shaders[shader, 2:]
+    rows = shading.closures[first:end]
+    if (rows[:, 0] != _EMISSION).any():
+        return None
+    return np.prod(shading.constants[rows[:, 1:4]].clip(0), axis=1).sum(axis=0)
+
+
+@part
+def lamp_light(lamps, shading, registers, k, x, wi, distance, light, depth):
+    """What lamp k emits from `distance` along wi towards x, where it would be `light` without a shader.
+
+    `depth` counts the scattering event at x. As in Cycles, shaders of lamps do not know the kind of the ray.
+    """
+    shader = np.int64(lamps[k, SHADER])
+    if shader < 0:
+        return light
+    wo = scale(wi, F(-1))
+    distance = min(distance, _FARTHEST)
+    y = add(x, scale(wi, distance))
+    n = _normal(lamps, k, y, wo)
+    o = shading.origin
+    y = wo if lamps[k, KIND] == F(SUN) else add(y, (o[0], o[1], o[2]))
+    point = ref(make_point(y, n, n, wo, -1, -1, F(0), F(0), 0, 0, distance, depth))
+    run(shading, shader, point, registers)
+    factor = emission(shading, shader, point, registers)
+    return multiply(light, factor) if np.isfinite(factor[0] + factor[1] + factor[2]) else _DARK
+
+
+@part
+def _normal(lamps, k, y, wo):
+    """Unit normal of a lamp at y; of what has no surface or turns it towards whatever is lit, wo."""
+    kind, r = lamps[k, KIND], lamps[k, RADIUS]
+    if kind == F(AREA):
+        return scale(three(lamps, k, AXIS_Z), F(-1))
+    if kind == F(SUN) or r == F(0) or lamps[k, SOFT] > F(0):
+        return wo
+    return scale(subtract(y, three(lamps, k, POSITION)), F(1) / r)
+
+
+@kernel
+def probe_lamps(lamps, shading, registers, low, high, factors):
+    """Mean of what the shader of each lamp multiplies its light by, as seen from random points between two corners."""
+    shading = ref(shading)
+    for k in range(lamps.shape[0]):
+        if lamps[k, SHADER] < F(0):
+            continue
+        total = _DARK
+        for i in range(PROBES):
+            key = stream(0, i, 0, False)
+            (a, b), (c, u), (v, _) = uniform2(key, 0), uniform2(key, 1), uniform2(key, 2)
+            x = low[0] + a * (high[0] - low[0]), low[1] + b * (high[1] - low[1]), low[2] + c * (high[2] - low[2])
+            wi, distance, _, _ = sample(lamps, k, x, u, v)
+            total = add(total, lamp_light(lamps, shading, registers, k, x, wi, distance, _ONE, np.int64(1)))
+        for c in range(3):
+            factors[k, c] = total[c] / F(PROBES)
