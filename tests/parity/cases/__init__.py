@@ -3,7 +3,7 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, edges, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from . import cameras, edges, geometry, integrator, lamps, lighting, patterns, principled, skies, surfaces, textures
 from .registry import CASES, Case
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "lighting",
     "patterns",
     "principled",
+    "skies",
     "surfaces",
     "textures",
 ]
