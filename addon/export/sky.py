@@ -8,11 +8,8 @@ import hashlib
 import json
 import math
 import os
-import subprocess
-import sys
+import shutil
 import tempfile
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,10 +21,10 @@ from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Color
 
-_SCRIPT = Path(__file__).resolve().parents[1] / "sky_picture.py"
-_SHAPES = {"sky": (256, 512, 3), "disc": (TABLE_SIZE, 3)}  # of float32
-_PATIENCE = 120.0  # seconds; a second or two are enough where the machine has nothing else to do
-_KEPT = 100  # skies, a megabyte each: an animated sun makes one a frame
+from . import pictures
+
+_SHAPES = {"picture": (256, 512, 3), "disc": (TABLE_SIZE, 3)}
+_KEPT = 64  # skies of 1.6 MB: an animated sun makes one a frame
 _SMALLEST = 0.0005  # radians, of a sun's disc: Cycles makes it no smaller
 # Means over all directions of new nodes by their model, of the sky and of the sun: what stands in where there is no picture.
 _USUAL = {
@@ -39,7 +36,6 @@ _USUAL = {
 }
 # Models whose sun is where the property sun_direction has it, and has no disc.
 _BY_DIRECTION = ("PREETHAM", "HOSEK_WILKIE")
-_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, LookupError, ValueError, NotImplementedError)
 
 
 class Sky(NamedTuple):
@@ -62,7 +58,7 @@ def read_sky(node: bpy.types.Node) -> Sky:
         rotation = 0.0
     values |= {"sun_elevation": elevation, "sun_rotation": 0.0, "sun_size": size, "sun_intensity": 1.0}
     arrays = _kept(values)
-    return Sky(arrays["sky"][::-1], arrays["disc"], rotation, elevation, size)
+    return Sky(arrays["picture"][::-1], arrays["disc"], rotation, elevation, size)
 
 
 def _values(node: bpy.types.Node) -> dict[str, Any]:
@@ -83,57 +79,24 @@ def usual_color(node: bpy.types.Node) -> Color:
 
 
 def _kept(values: dict[str, Any]) -> dict[str, np.ndarray]:
-    """What the child makes of a node's properties, made anew where it is not kept, or damaged."""
-    asked = json.dumps(values | {"blender": [bpy.app.version_string, str(bpy.app.build_hash), os.environ.get("OCIO")]}, sort_keys=True)
-    path = cache_home() / "skies" / f"{hashlib.sha256(asked.encode() + _SCRIPT.read_bytes()).hexdigest()}.npz"
-    with contextlib.suppress(OSError, *_DAMAGE):
-        return _loaded(path)
+    """The pictures of a node's properties, made anew where they are not kept, or damaged."""
+    made_by = bpy.app.version_string, str(bpy.app.build_hash), os.environ.get("OCIO"), pictures.SCRIPT.read_text(encoding="utf-8")
+    key = hashlib.sha256(json.dumps([values, made_by], sort_keys=True).encode()).hexdigest()
+    path = cache_home() / "skies" / f"{key}.npz"
+    with contextlib.suppress(*pictures.DAMAGE):
+        return pictures.read(path, **_SHAPES)
     with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
-        made = Path(folder, "sky.npz")
-        _make(values, made)
-        try:
-            arrays = _loaded(made)
-        except (OSError, *_DAMAGE) as error:
-            raise InputError(f"the Blender that renders it left something else ({' '.join(str(error).split())})") from error
+        made = Path(folder, path.name)
+        arrays = pictures.render({"sky": values}, made, **_SHAPES)
         with contextlib.suppress(InputError), atomic(path) as part:  # without a cache it takes longer, no more
-            part.write_bytes(made.read_bytes())
-            _let_go(path.parent)
-    return arrays
-
-
-def _loaded(path: Path) -> dict[str, np.ndarray]:
-    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-        arrays = {name: file[name] for name in _SHAPES}
-    for name, array in arrays.items():
-        if array.shape != _SHAPES[name] or array.dtype != np.float32 or not np.isfinite(array).all():
-            raise ValueError(f"{name} is {array.dtype}{array.shape}, or not finite")
+            shutil.copyfile(made, part)
+    _let_go(path.parent)
     return arrays
 
 
 def _let_go(folder: Path) -> None:
-    """Remove all but the newest."""
-    ages = sorted((file.stat().st_mtime, file) for file in folder.glob("[!.]*.npz"))
-    for _, file in ages[:-_KEPT]:
-        file.unlink(missing_ok=True)
-
-
-# --- the child -------------------------------------------------------------------------------------------------------
-
-
-def _make(values: dict[str, Any], path: Path) -> None:
-    """Have a Blender of this kind, without a window, write the arrays. InputError names what it complained of."""
-    parameters = path.with_suffix(".json")
-    parameters.write_text(json.dumps(values), encoding="utf-8")
-    if bpy.app.binary_path:
-        command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1", "--python", str(_SCRIPT), "--"]
-    else:
-        command = [sys.executable, str(_SCRIPT)]  # the bpy module
-    try:
-        done = subprocess.run([*command, str(parameters), str(path)], stdin=subprocess.DEVNULL, capture_output=True, timeout=_PATIENCE, check=False)
-    except subprocess.TimeoutExpired as error:
-        raise InputError(f"the Blender that renders it was not done after {_PATIENCE:g} seconds") from error
-    except OSError as error:
-        raise InputError(f"cannot start Blender, {command[0]}: {error.strerror or error}") from error
-    if done.returncode:
-        said = done.stderr.decode(errors="replace").strip().splitlines()
-        raise InputError(f"the Blender that renders it failed with status {done.returncode}{': ' if said else ''}{said[-1] if said else ''}")
+    """Remove all but the newest; another process may do so at the same time."""
+    with contextlib.suppress(OSError):
+        newest = sorted(folder.glob("[!.]*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
+        for file in newest[_KEPT:]:
+            file.unlink()

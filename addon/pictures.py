@@ -1,6 +1,9 @@
-"""What Cycles makes of a Sky Texture node, as pictures: of the whole sky, and across the sun's disc. Runs in a Blender of its own.
+"""What Cycles makes of nodes that look around: pictures of a sky, or of anything in a world. Runs in a Blender of its own.
 
-blender -b --factory-startup --python sky_picture.py -- NODE.json OUT.npz
+blender -b --factory-startup --python pictures.py -- JOB.json OUT.npz
+
+A job is {"sky": properties of a Sky Texture node}, or {"blend": file, "world": its name, "groups": names of the group nodes that lead to the
+node, "node": its name, "output": identifier of its output, "frame": number}.
 """
 
 import json
@@ -13,11 +16,13 @@ from typing import Any
 import bpy
 import numpy as np
 
-WIDTH, HEIGHT = 512, 256  # those of the tables that Cycles itself reads the scattering models from
+WIDTH, HEIGHT = 512, 256  # of a sky: those of the tables that Cycles itself reads the scattering models from
+ACROSS = 1024  # pixels around the horizon, of anything else
 STEPS = 256  # across the sun's disc
 WITHOUT_DISC = ("PREETHAM", "HOSEK_WILKIE")
 LIMB = 0.6  # how much darker the disc is at its edge
 BESIDE = 1e-5  # radians on both sides of a line: no picture is without width
+AROUND, POLES = (-math.pi, math.pi), (-math.pi / 2, math.pi / 2)
 
 
 def panorama() -> bpy.types.Scene:
@@ -67,6 +72,22 @@ def look(scene: bpy.types.Scene, width: int, height: int, longitudes: tuple[floa
     return texels.reshape(height, width, -1)[..., :3]
 
 
+def look_around(scene: bpy.types.Scene, width: int, height: int) -> np.ndarray:
+    """The same of all directions, placed as in an environment texture, which has +x in the middle."""
+    scene.camera.rotation_euler[2] = -math.pi / 2
+    return look(scene, width, height, AROUND, POLES)
+
+
+# --- skies -----------------------------------------------------------------------------------------------------------
+
+
+def sky(values: dict[str, Any]) -> dict[str, np.ndarray]:
+    """The sky without its sun, and the disc of that: black where there is none."""
+    picture = whole_sky(values)
+    has_disc = values["sun_disc"] and values["sky_type"] not in WITHOUT_DISC
+    return {"picture": picture, "disc": disc_line(values, picture) if has_disc else np.zeros((STEPS, 3))}
+
+
 def add_sky(tree: bpy.types.NodeTree, values: dict[str, Any]) -> bpy.types.Node:
     """The node with the given properties as the whole world."""
     sky, background, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexSky", "Background", "OutputWorld"))
@@ -106,8 +127,7 @@ def whole_sky(values: dict[str, Any]) -> np.ndarray:
     """(HEIGHT, WIDTH, 3) float32, the lowest row first: columns as an environment texture's, rows gathered at the horizon."""
     scene = panorama()
     gather_rows(scene.world.node_tree, add_sky(scene.world.node_tree, values | {"sun_disc": False}))
-    scene.camera.rotation_euler[2] = -math.pi / 2  # +x is in the middle of an environment texture
-    return look(scene, WIDTH, HEIGHT, (-math.pi, math.pi), (-math.pi / 2, math.pi / 2))
+    return look_around(scene, WIDTH, HEIGHT)
 
 
 def disc_line(values: dict[str, Any], sky: np.ndarray) -> np.ndarray:
@@ -135,19 +155,50 @@ def row_at(sky: np.ndarray, elevations: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(rows, np.arange(HEIGHT), c) for c in column.T], axis=1)
 
 
+# --- anything else ---------------------------------------------------------------------------------------------------
+
+
+def node(job: dict[str, Any]) -> dict[str, np.ndarray]:
+    """What comes out of a node of a world, whatever it depends on, as a camera sees it."""
+    scene = panorama()
+    with bpy.data.libraries.load(job["blend"]) as (_, wanted):
+        wanted.worlds = [job["world"]]
+    (scene.world,) = wanted.worlds
+    scene.world.cycles.sampling_method = "NONE"
+    tree, socket = scene.world.node_tree, brought_out(scene.world.node_tree, job["groups"], job)
+    background, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Background", "OutputWorld"))
+    tree.links.new(socket, background.inputs[0])
+    tree.links.new(background.outputs[0], output.inputs[0])
+    for other in tree.nodes:
+        if other.bl_idname == output.bl_idname:
+            other.is_active_output = other == output
+    scene.frame_set(int(job["frame"]), subframe=job["frame"] % 1)
+    return {"picture": look_around(scene, ACROSS, ACROSS // 2)}
+
+
+def brought_out(tree: bpy.types.NodeTree, groups: list[str], job: dict[str, Any]) -> bpy.types.NodeSocket:
+    """The job's output, led out of the groups that it is in."""
+    if not groups:
+        return next(socket for socket in tree.nodes[job["node"]].outputs if socket.identifier == job["output"])
+    group = tree.nodes[groups[0]]
+    inner = group.node_tree
+    socket = brought_out(inner, groups[1:], job)
+    name = inner.interface.new_socket("Picture", in_out="OUTPUT", socket_type="NodeSocketColor").identifier
+    end = next(n for n in inner.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output)
+    inner.links.new(socket, next(s for s in end.inputs if s.identifier == name))
+    return next(s for s in group.outputs if s.identifier == name)
+
+
 def main(arguments: list[str]) -> int:
-    """Make the pictures; gives the exit status, with the reason on stderr."""
-    parameters, out = map(Path, arguments)
-    values = json.loads(parameters.read_text(encoding="utf-8"))
+    """Make the pictures of a job; gives the exit status, with the reason on stderr."""
+    job, out = json.loads(Path(arguments[0]).read_text(encoding="utf-8")), Path(arguments[1])
     try:
-        sky = whole_sky(values)
-        has_disc = values["sun_disc"] and values["sky_type"] not in WITHOUT_DISC
-        disc = disc_line(values, sky) if has_disc else np.zeros((STEPS, 3))
+        pictures = sky(job["sky"]) if "sky" in job else node(job)
     except (RuntimeError, TypeError, AttributeError) as error:  # Blender's refusals: to render, and of a value or a property
         print(" ".join(str(error).split()), file=sys.stderr)
         return 1
     with out.open("wb") as file:
-        np.savez_compressed(file, sky=sky, disc=disc.astype(np.float32))
+        np.savez(file, **{name: picture.astype(np.float32) for name, picture in pictures.items()})
     return 0
 
 
