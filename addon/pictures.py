@@ -2,7 +2,7 @@
 
 blender -b --factory-startup --python pictures.py -- JOB.json OUT.npz
 
-A job is {"sky": properties of a Sky Texture node}, or {"blend": file, "world": its name, "groups": names of the group nodes that lead to the
+A job is {"sky": properties of a Sky Texture node}, or {"blend": file, "world": name, "groups": names of the group nodes that lead to the
 node, "node": its name, "output": identifier of its output, "frame": number}.
 """
 

@@ -18,7 +18,6 @@ from .resources import Resources
 from .shaders import closures_at
 from .visibility import RAY_KINDS
 
-
 _PICTURE = (512, 1024, 3)
 # Nodes that know more of a ray than its direction.
 _OF_RAYS = ("ShaderNodeTexCoord", "ShaderNodeCameraData", "ShaderNodeLightPath")

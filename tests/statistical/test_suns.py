@@ -92,9 +92,7 @@ def test_a_sun_is_where_rays_see_it(code: list[Instruction]):
     np.testing.assert_allclose(outside, SKY, rtol=1e-5)
     assert size / 2 < sun.half < 1.01 * size / 2
     np.testing.assert_allclose(radiance(dark, around(sun.axis, sun.half, 9)), SKY, rtol=1e-5)
-    assert sun.light == pytest.approx(
-        (LIMB_MEAN * INTENSITIES[0] + SKY) * 4 * math.pi * math.sin(size / 4) ** 2, rel=0.02
-    )
+    assert sun.light == pytest.approx((LIMB_MEAN * INTENSITIES[0] + SKY) * 4 * math.pi * math.sin(size / 4) ** 2, rel=0.02)
 
 
 @pytest.mark.parametrize("step", [mapping(scale=2.0), mapping(scale=(1.0, 1.0, 0.5)), Instruction("vector_math", (Node(0),) * 4, "SINE")])
@@ -135,8 +133,6 @@ def test_directions_are_drawn_by_the_light_of_map_and_suns():
     densities(table, probes.astype(np.float32), density)
     assert density.mean() * 4 * np.pi == pytest.approx(1, rel=2e-3)
     estimate = radiance(compile_shaders(scene_under(world)), wi)[:, 0] / pdf
-    on_paper = 4 * np.pi * SKY + sum(
-        LIMB_MEAN * i * 4 * np.pi * np.sin(s / 4) ** 2 for i, s in zip(INTENSITIES, SIZES, strict=True)
-    )
+    on_paper = 4 * np.pi * SKY + sum(LIMB_MEAN * i * 4 * np.pi * np.sin(s / 4) ** 2 for i, s in zip(INTENSITIES, SIZES, strict=True))
     assert estimate.max() < 4 * on_paper  # nothing bright has a low density
     assert_means(estimate.mean(), estimate.var() / N + (2e-4 * on_paper) ** 2, on_paper)

@@ -60,7 +60,7 @@ def _sky(at: At, _output: str) -> Value:
     try:
         sky = read_sky(at.node)
     except InputError as error:
-        at.note(f"its sky could not be computed, {error}: an even colour stands in")
+        at.note(f"there is no picture of it, {error}: the usual colour of its model stands in")
         return usual_color(at.node)
     resources = at.network.resources
     direction = at.add("mapping", _vector(at, generated), 0.0, (0.0, 0.0, sky.rotation), 1.0, mode="VECTOR")

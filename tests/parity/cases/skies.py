@@ -50,10 +50,16 @@ def sky_turned_and_mixed(s: Stage) -> None:
     coordinates = nodes.add("TexCoord")
     turned = nodes.add("Mapping", {"Vector": (coordinates, "Generated"), "Rotation": (0.3, -0.5, 1.0)})
     seen = sky(nodes, sky_type="HOSEK_WILKIE", sun_direction=(0.0, 0.6, 0.8))
-    lit = nodes.add("Mix", {"Factor_Float": 0.3, "A_Color": sky(nodes, {"Vector": turned}, sun_size=0.3), "B_Color": sky(nodes, sun_size=0.2)}, data_type="RGBA")
+    lit = nodes.add(
+        "Mix",
+        {"Factor_Float": 0.3, "A_Color": sky(nodes, {"Vector": turned}, sun_size=0.3), "B_Color": sky(nodes, sun_size=0.2)},
+        data_type="RGBA",
+    )
     lights = nodes.add("Background", {"Color": (lit, "Result_Color"), "Strength": 0.05})
     ray = nodes.add("LightPath")
-    nodes.surface(nodes.add("MixShader", {"Fac": (ray, "Is Camera Ray"), "Shader": lights, "Shader_001": nodes.add("Background", {"Color": seen})}))
+    nodes.surface(
+        nodes.add("MixShader", {"Fac": (ray, "Is Camera Ray"), "Shader": lights, "Shader_001": nodes.add("Background", {"Color": seen})})
+    )
 
 
 @case(samples=64)
