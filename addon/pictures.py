@@ -197,8 +197,9 @@ def main(arguments: list[str]) -> int:
     except (RuntimeError, TypeError, AttributeError) as error:  # Blender's refusals: to render, and of a value or a property
         print(" ".join(str(error).split()), file=sys.stderr)
         return 1
+    arrays: dict[str, Any] = {name: picture.astype(np.float32) for name, picture in pictures.items()}
     with out.open("wb") as file:
-        np.savez(file, **{name: picture.astype(np.float32) for name, picture in pictures.items()})
+        np.savez(file, **arrays)
     return 0
 
 

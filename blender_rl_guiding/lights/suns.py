@@ -16,10 +16,12 @@ _PROBES = 64  # directions within a disc that its brightness is averaged over
 
 
 def without_suns(world: Shader, shading: Shading) -> tuple[Shading, list[Sun]]:
-    """The world alone, as the only shader, without the discs of suns that are cones of directions; and these.
+    """The world as the last shader, without the discs of suns that are cones of directions; and these.
 
     A disc that is seen through coordinates which are more than turned or mirrored is no cone, and stays.
     """
+    if all(step.op != "sun_disc" for step in world.code):
+        return shading, []
     whole, suns, code = compile_alone(world, shading), [], list(world.code)
     for k, step in enumerate(world.code):
         if step.op == "sun_disc" and (cone := _cone(world, k, shading)):

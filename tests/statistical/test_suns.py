@@ -86,6 +86,7 @@ def rim(axis: np.ndarray, angle: float) -> np.ndarray:
 )
 def test_a_sun_is_where_rays_see_it(code: list[Instruction]):
     world, size = shader(code), code[-1].inputs[3]
+    assert isinstance(size, float)
     dark, (sun,) = without_suns(world, compile_shaders(scene_under(world)))
     inside, outside = brightest(world, sun.axis, size)
     assert inside.min() > 0.4 * INTENSITIES[0]
