@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .registry import case, each
+from .registry import case
 
 if TYPE_CHECKING:
     import bpy
 
     from ..stage import Nodes, Stage
 
-HIGH, LOW = 0.7, 0.04
-
 
 def sky(nodes: Nodes, inputs: dict[str, Any] | None = None, **settings: Any) -> bpy.types.Node:
     """A sky in front of the camera, to its right."""
-    return nodes.add("TexSky", inputs, **({"sun_elevation": HIGH, "sun_rotation": 0.4} | settings))
+    return nodes.add("TexSky", inputs, **({"sun_elevation": 0.7, "sun_rotation": 0.4} | settings))
 
 
 def alone(s: Stage, strength: float = 0.1, **settings: Any) -> None:
@@ -24,10 +22,10 @@ def alone(s: Stage, strength: float = 0.1, **settings: Any) -> None:
     nodes.surface(nodes.add("Background", {"Color": sky(nodes, **settings), "Strength": strength}))
 
 
-@each({"high": {"sun_size": 0.2}, "low": {"sun_elevation": LOW, "sun_size": 0.3, "sun_intensity": 0.3}}, samples=64)
-def sky_with_a_large_sun(s: Stage, settings: dict[str, Any]) -> None:
+@case(samples=64)
+def sky_with_a_large_sun(s: Stage) -> None:
     s.set()
-    alone(s, **settings)
+    alone(s, sun_size=0.2)
 
 
 @case()
@@ -36,10 +34,10 @@ def sky_with_a_small_sun(s: Stage) -> None:
     alone(s, 0.02, sky_type="SINGLE_SCATTERING", sun_elevation=2.5)
 
 
-@each({"preetham": "PREETHAM", "hosek_wilkie": "HOSEK_WILKIE"}, blind=True)
-def sky_by(s: Stage, kind: str) -> None:
+@case(blind=True)
+def sky_without_a_sun(s: Stage) -> None:
     s.set()
-    alone(s, 1.0, sky_type=kind, sun_direction=(0.2, 0.8, 0.5), turbidity=4.0)
+    alone(s, 1.0, sky_type="HOSEK_WILKIE", sun_direction=(0.2, 0.8, 0.5), turbidity=4.0)
 
 
 @case(samples=64)
