@@ -5,7 +5,6 @@ file changes. Keying the folder by every file that goes into kernels makes that 
 """
 
 import hashlib
-import os
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,7 @@ import numba.core.config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
-
-def cache_home() -> Path:
-    """The folder for whatever can be made again: compiled kernels and reference images."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "blender_rl_guiding"
+from .cache import cache_home
 
 
 def source_key(package: Path) -> str:

@@ -79,15 +79,15 @@ class Network:
         return self._outputs[key]
 
     def _read(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
+        return self._relayed(socket, path) if _hands_on(socket.node) else self.read(At(self, socket.node, path), socket.identifier)
+
+    def read(self, at: "At", output: str) -> Value | None:
+        """What a node computes, by the identifier of the output; None, with a note, where it cannot be told."""
         from .nodes import READERS  # the readers of nodes need this file
 
-        node = socket.node
-        if _hands_on(node):
-            return self._relayed(socket, path)
-        at = At(self, node, path)
-        if node.bl_idname in READERS:
-            return READERS[node.bl_idname](at, socket.identifier)
-        at.note(f"{node.bl_label} is not supported: the unlinked values of the sockets that it leads to stand in")
+        if at.node.bl_idname in READERS:
+            return READERS[at.node.bl_idname](at, output)
+        at.note(f"{at.node.bl_label} is not supported: the unlinked values of the sockets that it leads to stand in")
         return None
 
     def _relayed(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:

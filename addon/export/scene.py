@@ -150,7 +150,7 @@ def export(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool] = lambda: Fa
 def _export(depsgraph: bpy.types.Depsgraph, name: str, stop: Callable[[], bool]) -> SceneData:
     scene, collector = depsgraph.scene, Collector(depsgraph)
     camera, camera_losses = read_camera(depsgraph)
-    world, world_losses = read_world(scene.world, collector.resources)
+    world, world_losses = read_world(scene.world, collector.resources, scene.frame_current_final)
     for instance in depsgraph.object_instances:
         if stop():
             raise Stopped

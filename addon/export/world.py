@@ -1,23 +1,72 @@
-"""The surroundings as a shader."""
+"""The surroundings as a shader; where a node of it is not supported, a picture of what it looks like."""
+
+import tempfile
+from pathlib import Path
 
 import bpy
+import numpy as np
 
-from blender_rl_guiding.scene.description import VISIBLE, Closure, Loss, Shader
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.data import Texture
+from blender_rl_guiding.scene.description import VISIBLE, Closure, Loss, Shader, Value
+from blender_rl_guiding.scene.ops import Interpolation, Projection
 
+from . import by_cycles
 from .materials import has_nodes
 from .network import At, Network, link_to, triple
 from .resources import Resources
 from .shaders import closures_at
 from .visibility import RAY_KINDS
 
+_PICTURE = (512, 1024, 3)
+# Nodes that know more of a ray than its direction.
+_OF_RAYS = ("ShaderNodeTexCoord", "ShaderNodeCameraData", "ShaderNodeLightPath")
 
-def read_world(world: bpy.types.World | None, resources: Resources) -> tuple[Shader, list[Loss]]:
-    """As in Cycles no world is black, and a world without nodes is its colour."""
+
+class _WorldNetwork(Network):
+    """Has a picture of each node that cannot be read."""
+
+    def __init__(self, resources: Resources, world: bpy.types.World, frame: float) -> None:
+        super().__init__(resources, world=True)
+        self._world, self._frame = world, frame
+
+    def read(self, at: At, output: str) -> Value | None:
+        notes = dict(self.notes)
+        value = super().read(at, output)
+        if value is not None or at.node.bl_idname in _OF_RAYS:
+            return value
+        try:
+            picture = _picture(at, output, self._world, self._frame)
+        except InputError as error:
+            at.note(f"there is no picture of it either: {error}", output)
+            return None
+        self.notes = notes
+        at.note(f"{at.node.bl_label} is not supported: a picture of it stands in", output)
+        texture = self.resources.texture((at.node.as_pointer(), output), lambda: picture)
+        return self.add("environment", self.add("position"), options=(texture, Projection.EQUIRECTANGULAR, Interpolation.LINEAR))
+
+
+def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Texture:
+    """What comes out of a node, all around. InputError where Blender does not tell."""
+    with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+        blend = Path(folder, "world.blend")
+        try:
+            bpy.data.libraries.write(str(blend), {world.original}, path_remap="ABSOLUTE")
+        except (RuntimeError, OSError) as error:
+            raise InputError(" ".join(str(error).split())) from error
+        groups = [group.name for group in at.path]
+        job = {"blend": str(blend), "world": world.name, "groups": groups, "node": at.node.name, "output": output, "frame": frame}
+        colors = by_cycles.render(job, blend.with_suffix(".npz"), picture=_PICTURE)["picture"][::-1]
+    return Texture(at.node.name, False, np.concatenate([colors, np.ones_like(colors[..., :1])], axis=2))
+
+
+def read_world(world: bpy.types.World | None, resources: Resources, frame: float = 1.0) -> tuple[Shader, list[Loss]]:
+    """As in Cycles no world is black, and a world without nodes is its colour. Nodes are looked at in a frame."""
     if world is None:
         return Shader(""), []
     if not has_nodes(world):
         return Shader(world.name, (), (Closure("emission", 1.0, {"color": triple(world.color)}),)), []
-    network = Network(resources, world=True)
+    network = _WorldNetwork(resources, world, frame)
     output = world.node_tree.get_output_node("CYCLES")
     closures = _read_output(At(network, output, ())) if output else ()
     return Shader(world.name, network.code, closures), [Loss(world.name, where, detail) for where, detail in network.notes]

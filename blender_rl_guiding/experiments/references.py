@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..cache import cache_home
 from ..errors import InputError
 from ..images import read_exr, write_exr
-from ..kernels import cache_home
 from ..render import Result, render
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render

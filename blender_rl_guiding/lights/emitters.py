@@ -13,15 +13,14 @@ from ..scene.description import CLOSURES, Shader
 from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
-from .alias import alias_table
 from .inverse import Inverse, draw, inverse_table
 from .lamp_shaders import lamp_light, shaded_lamps
 from .lamps import power
 from .lamps import sample as sample_lamp
+from .suns import without_suns
 from .tree import LampTree, lamp_tree
-from .world import WorldMap, sample_world, world_map, world_pdf, world_radiance
+from .world import LUMINANCE, WorldMap, no_world, sample_world, world_map, world_pdf, world_radiance
 
-LUMINANCE = (0.2126, 0.7152, 0.0722)
 _SCATTERED = "IS_DIFFUSE_RAY", "IS_GLOSSY_RAY", "IS_TRANSMISSION_RAY"
 PROBES = 4096  # points at which the mean of an emission that varies is estimated
 
@@ -151,8 +150,8 @@ def probe(shading, surface, registers, triangles, faces):
 def _world(scene: SceneData, shading: Shading) -> tuple[WorldMap, float]:
     """A map only for a world that varies and shines."""
     if any(map(emits, scene.world.closures)) and not _is_constant(shading, len(scene.shaders)):
-        return world_map(shading)
-    return WorldMap(alias_table(np.ones(1)), np.zeros((1, 1), np.float32)), 0.0
+        return world_map(*without_suns(scene.world, shading))
+    return no_world(), 0.0
 
 
 def triangle_faces(scene: SceneData, triangles: np.ndarray) -> np.ndarray:

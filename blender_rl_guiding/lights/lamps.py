@@ -137,18 +137,18 @@ def _sample_ball(lamps, k, x, u, v):
         wi = (rho * a, rho * b, z)
         return wi, _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), F(0.25) * INV_PI
     opening = _opening(r, distance)
-    wi = _in_cone(axis, opening, u, v)
+    wi = in_cone(axis, opening, u, v)
     return wi, _ball_distance(to_centre, r, wi), _ball_radiance(lamps, k, wi), F(1) / (TWO_PI * opening)
 
 
 @part
-def _in_cone(axis, opening, u, v):
+def in_cone(axis, opening, u, v):
     """A direction around the axis, uniform over the solid angle 2 pi opening; `opening` is 1 - cos of the half angle."""
     t, b = tangents(axis)
     x, y = circle(v)
-    z = F(1) - u * opening
-    sine = math.sqrt(max(F(0), F(1) - z * z))
-    return to_world(t, b, axis, (sine * x, sine * y, z))
+    versine = u * opening
+    sine = math.sqrt(versine * (F(2) - versine))  # not by the cosine, which near 1 has few bits
+    return to_world(t, b, axis, (sine * x, sine * y, F(1) - versine))
 
 
 @part
@@ -204,7 +204,7 @@ def _sample_sun(lamps, k, u, v):
     if angle == F(0):
         return axis, NOWHERE, three(lamps, k, EMISSION), F(0)
     opening = F(2) * math.sin(F(0.5) * angle) ** F(2)
-    wi = _in_cone(axis, opening, u, v)
+    wi = in_cone(axis, opening, u, v)
     return wi, NOWHERE, _sun_radiance(lamps, k), F(1) / (TWO_PI * opening)
 
 

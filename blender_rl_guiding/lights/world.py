@@ -1,6 +1,7 @@
-"""The world: its radiance by its shader, and a map of where it is bright, from which directions are drawn."""
+"""The world: its radiance by its shader, and a map of where it is bright, with suns beside it, from which directions are drawn."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,43 +9,89 @@ import numpy as np
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
 from ..references import ref
-from ..sampling import PI, TWO_PI, F, circle, luminance, scale
+from ..sampling import PI, TWO_PI, F, circle, cross, dot, scale, store, vector
 from ..shading.evaluate import run
 from ..shading.operands import REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
+from .lamps import in_cone
 
 ROWS, COLUMNS = 512, 1024
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+
+
+class Sun(NamedTuple):
+    """A bright cone of directions."""
+
+    axis: np.ndarray  # (3,) unit vector to its middle
+    half: float  # half its angle, radians
+    light: float  # integral of the luminance over its directions
 
 
 class WorldMap(NamedTuple):
-    """Equal steps of polar angle and azimuth, a cell as likely as the light from it."""
+    """Equal steps of polar angle and azimuth, a cell as likely as the light from it; and K suns, uniform within their cones."""
 
     cells: Alias
-    pdf: np.ndarray  # (rows, columns) float32, per solid angle, of a direction in that cell
+    pdf: np.ndarray  # (rows, columns) float32, per solid angle, of taking no sun but a direction in that cell
+    sunless: np.float32  # probability of taking no sun
+    suns: np.ndarray  # (K, 3) float32, their axes
+    cones: np.ndarray  # (K, 4) float32: 1 - cos and squared sine of the half angle, density, probability of this sun or one before it
 
 
-def world_map(shading: Shading) -> tuple[WorldMap, float]:
-    """The map of a world that is not the same everywhere, and the integral of its luminance over all directions."""
-    radiance = np.empty((ROWS, COLUMNS), np.float32)
-    tabulate(shading, np.zeros((REGISTERS, 3), np.float32), radiance)
+def world_map(shading: Shading, suns: Sequence[Sun] = ()) -> tuple[WorldMap, float]:
+    """The map of a world that is not the same everywhere, and the integral of its luminance over all directions.
+
+    The suns, which `shading` does not show, are taken as often as their share of that.
+    """
     edges = np.cos(np.linspace(0, np.pi, ROWS + 1))
     solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / COLUMNS))[:, None]
-    power = radiance.astype(np.float64) * solid_angle
-    total = power.sum()
+    power = radiance(shading, _middles()).reshape(ROWS, COLUMNS, 3) @ LUMINANCE * solid_angle
+    light = np.array([power.sum(), *(sun.light for sun in suns)])
     # A little everywhere: the shader was looked at in the middle of each cell only.
-    power += 0.01 * (total or 1.0) * solid_angle / (4 * np.pi)
+    power += 0.01 * (power.sum() or 1.0) * solid_angle / (4 * np.pi)
     share = power / power.sum()
-    return WorldMap(alias_table(share.ravel()), (share / solid_angle).astype(np.float32)), float(total)
+    chance = np.maximum(light, 0.01 * light.sum() or 1.0)  # nor is anything left out whose light was underestimated
+    chance /= chance.sum()
+    cones = np.array([_cone(sun.half) for sun in suns]).reshape(-1, 2)
+    columns = *cones.T, chance[1:] / (2 * np.pi * cones[:, 0]), np.cumsum(chance[1:])
+    return WorldMap(
+        alias_table(share.ravel()),
+        (share / solid_angle * chance[0]).astype(np.float32),
+        F(chance[0]),
+        np.array([sun.axis for sun in suns], np.float32).reshape(-1, 3),
+        np.stack(columns, axis=1).astype(np.float32),
+    ), float(light.sum())
+
+
+def no_world() -> WorldMap:
+    """What stands where the world is not sampled."""
+    none = np.zeros((0, 4), np.float32)
+    return WorldMap(alias_table(np.ones(1)), np.zeros((1, 1), np.float32), F(1), none[:, :3].copy(), none)
+
+
+def _cone(half: float) -> tuple[float, float]:
+    return 2 * math.sin(half / 2) ** 2, math.sin(half) ** 2
+
+
+def _middles() -> np.ndarray:
+    """(ROWS COLUMNS, 3), the directions in the middle of the cells."""
+    theta, phi = (np.arange(ROWS)[:, None] + 0.5) * (np.pi / ROWS), (np.arange(COLUMNS) + 0.5) * (2 * np.pi / COLUMNS)
+    x, y, z = np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta))
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3)
+
+
+def radiance(shading: Shading, directions: np.ndarray) -> np.ndarray:
+    """What arrives at lights' own rays from unit vectors, (N, 3): linear RGB, (N, 3) float64."""
+    colors = np.ascontiguousarray(directions, np.float32).copy()
+    _look(shading, np.zeros((REGISTERS, 3), np.float32), colors)
+    return colors.astype(np.float64)
 
 
 @kernel
-def tabulate(shading, registers, radiance):
-    """Luminance of the world in the middle of each cell."""
+def _look(shading, registers, rows):
+    """Put a colour in place of each direction."""
     shading = ref(shading)
-    for row in range(ROWS):
-        for column in range(COLUMNS):
-            wi = _direction(F(row) + F(0.5), F(column) + F(0.5))
-            radiance[row, column] = luminance(world_radiance(shading, registers, wi, np.int64(0), np.int64(0)))
+    for i in range(rows.shape[0]):
+        store(rows, i, world_radiance(shading, registers, vector(rows, i), np.int64(0), np.int64(0)))
 
 
 @part
@@ -58,14 +105,13 @@ def world_radiance(shading, registers, wi, ray, depth):
 
 
 @part
-def _direction(row, column):
-    theta, phi = row * (PI / F(ROWS)), column * (TWO_PI / F(COLUMNS))
-    return math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)
-
-
-@part
 def sample_world(world, choice, u, v):
-    """A direction by the map, by three uniform numbers."""
+    """A direction by the map or a sun, by three uniform numbers."""
+    suns = world.suns.shape[0]
+    if suns > 0 and u >= world.sunless:
+        u -= world.sunless
+        return _sample_sun(world, u, v)
+    u = min(u / world.sunless, F(1 - 2**-24))
     cell, u = draw(world.cells, choice, u)
     row, column = cell // COLUMNS, cell % COLUMNS
     # Uniform in solid angle within the cell.
@@ -76,9 +122,26 @@ def sample_world(world, choice, u, v):
 
 
 @part
+def _sample_sun(world, u, v):
+    """A direction within a sun, by u below the probability of taking any."""
+    k, before, last = 0, F(0), world.suns.shape[0] - 1
+    while k < last and u >= world.cones[k, 3]:
+        before = world.cones[k, 3]
+        k += 1
+    within = (u - before) / (world.cones[k, 3] - before)
+    return in_cone(vector(world.suns, k), world.cones[k, 0], min(max(within, F(0)), F(1)), v)
+
+
+@part
 def world_pdf(world, wi):
     """Density of `sample_world` per solid angle."""
     row = min(np.int32(math.acos(min(max(wi[2], F(-1)), F(1))) * F(ROWS / math.pi)), np.int32(ROWS - 1))
     turn = math.atan2(wi[1], wi[0]) / TWO_PI
     column = min(np.int32((turn + F(1) if turn < F(0) else turn) * F(COLUMNS)), np.int32(COLUMNS - 1))
-    return world.pdf[row, column]
+    pdf = world.pdf[row, column]
+    for k in range(world.suns.shape[0]):
+        axis = vector(world.suns, k)
+        aside = cross(axis, wi)
+        if dot(axis, wi) > F(0) and dot(aside, aside) < world.cones[k, 1]:
+            pdf += world.cones[k, 2]
+    return pdf

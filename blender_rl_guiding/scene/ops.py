@@ -45,7 +45,8 @@ Result = IntEnum("Result", "FACTOR COLOR", start=0)  # which output of a texture
 # Options that are not places in arrays.
 Extension = IntEnum("Extension", "REPEAT EXTEND CLIP MIRROR", start=0)
 Interpolation = IntEnum("Interpolation", "LINEAR CLOSEST", start=0)
-Projection = IntEnum("Projection", "EQUIRECTANGULAR MIRROR_BALL", start=0)
+# HORIZON has the columns of EQUIRECTANGULAR, and of an elevation e the row (1 + sgn(e) sqrt(|e| 2 / pi)) / 2.
+Projection = IntEnum("Projection", "EQUIRECTANGULAR MIRROR_BALL HORIZON", start=0)
 # How an image's colours depend on its alpha. Cycles multiplies by it, and divides again where a node's Alpha socket is in use:
 # PREMULTIPLIED if the socket has no link, STRAIGHT if it has; PACKED (also for images without alpha) leaves colours alone.
 # MULTIPLIED is STRAIGHT for texels that are stored multiplied already: they are only divided.
@@ -84,6 +85,9 @@ OPS: dict[str, Op] = {
     "image": _op("vector", options="texture extension interpolation alpha"),
     "image_alpha": _op("vector", options="texture extension interpolation"),
     "environment": _op("direction", options="texture projection interpolation"),
+    # A sky with the disc of a sun above +y, of an elevation and a size across, both in radians: intensity times the table's colour, from
+    # the disc's lowest elevation to its highest, darker at its edge. The disc is added to the sky, or hides it where it shines.
+    "sun_disc": _op("direction sky elevation size intensity", options="table hides"),
     "ramp": _op("factor", options="table interpolate"),
     "ramp_alpha": _op("factor", options="table interpolate"),
     "curves": _op("factor color", options="table extrapolate"),  # each channel by its column of the table, which covers 0..1

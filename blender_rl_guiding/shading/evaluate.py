@@ -5,14 +5,14 @@ from enum import IntEnum
 from ..kernels import part
 from ..references import ref
 from ..sampling import F, store
-from . import arithmetic, colors, geometry, procedural, textures, vectors
+from . import arithmetic, colors, geometry, procedural, sky, textures, vectors
 from .operands import value
 
 # The ops of scene.ops in upper case, by families, and the compiler's own SHIFT: what follows is evaluated beside the point.
 Code = IntEnum(
     "Code",
     "SHIFT POSITION NORMAL TRUE_NORMAL INCOMING BACKFACING LIGHT_PATH ATTRIBUTE OBJECT_ATTRIBUTE TANGENT TRANSFORM "
-    "IMAGE IMAGE_ALPHA ENVIRONMENT RAMP RAMP_ALPHA CURVES FLOAT_CURVE "
+    "IMAGE IMAGE_ALPHA ENVIRONMENT SUN_DISC RAMP RAMP_ALPHA CURVES FLOAT_CURVE "
     "MATH VECTOR_MATH CLAMP MAP_RANGE STEPS MAPPING COMPONENT AVERAGE "
     "LUMINANCE MIX INVERT GAMMA BRIGHT_CONTRAST HSV SEPARATE COMBINE "
     "FRESNEL LAYER_WEIGHT TANGENT_SPACE BEND BUMP "
@@ -50,13 +50,15 @@ def _of_point(shading, point, op, mode, options):
 
 
 @part
-def _of_texture(shading, op, options, a, b):
+def _of_texture(shading, op, options, a, b, c, d, e):
     if op == Code.IMAGE:
         return textures.image(shading, a, options[0], options[1], options[2], options[3])
     if op == Code.IMAGE_ALPHA:
         return textures.image_alpha(shading, a, options[0], options[1], options[2])
     if op == Code.ENVIRONMENT:
         return textures.environment(shading, a, options[0], options[1], options[2])
+    if op == Code.SUN_DISC:
+        return sky.sun_disc(shading.tables, a, b, c[0], d[0], e[0], options[0], options[1])
     if op == Code.RAMP:
         return textures.ramp(shading.tables, a[0], options[0], options[1])
     if op == Code.RAMP_ALPHA:
@@ -144,7 +146,7 @@ def _compute(shading, point, registers, line):
     if op < TEXTURES:
         return geometry.axes(shading, point, options[0], options[1], options[2], a)
     if op < NUMBERS:
-        return _of_texture(shading, op, options, a, b)
+        return _of_texture(shading, op, options, a, b, c, d, e)
     if op < COLORS:
         return _of_numbers(op, mode, options[0], a, b, c, d, e)
     if op < ANGLES:

@@ -27,7 +27,15 @@ def compile_shaders(scene: SceneData) -> Shading:
     shaders = (*scene.shaders, scene.world)
     for shader in shaders:
         check(shader, scene)
-    assets = _assets(scene, any(step.op == "bump" for shader in shaders for step in shader.code))
+    return _compiled(shaders, _assets(scene, any(step.op == "bump" for shader in shaders for step in shader.code)))
+
+
+def compile_alone(shader: Shader, shading: Shading) -> Shading:
+    """A shader that refers to what those of `shading` refer to, as the only one."""
+    return _compiled((shader,), shading)
+
+
+def _compiled(shaders: tuple[Shader, ...], assets: Shading) -> Shading:
     program = Program()
     for shader in shaders:
         complete = with_normal(shader)

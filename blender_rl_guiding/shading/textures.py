@@ -169,10 +169,25 @@ def mirror_ball(d):
 
 
 @part
+def horizon(d, rows):
+    """Where a vector is on a map whose rows gather at the horizon, no further up or down than the middle of its last row.
+
+    As in Cycles its length counts: the elevation is the arcsine of z.
+    """
+    e = F(2) * INV_PI * math.asin(min(max(d[2], F(-1)), F(1)))
+    half_row = F(0.5) / F(rows)
+    v = F(0.5) + F(0.5) * math.copysign(math.sqrt(abs(e)), e)
+    return F(0.5) - F(0.5) * INV_PI * math.atan2(d[1], d[0]), min(max(v, half_row), F(1) - half_row)
+
+
+@part
 def environment(shading, direction, texture, projection, interpolation):
     """The colour of the Environment Texture node."""
-    d = unit(direction)
-    u, v = equirectangular(d) if projection == Projection.EQUIRECTANGULAR else mirror_ball(d)
+    if projection == Projection.HORIZON:
+        u, v = horizon(direction, shading.textures[texture, 2])
+    else:
+        d = unit(direction)
+        u, v = equirectangular(d) if projection == Projection.EQUIRECTANGULAR else mirror_ball(d)
     r, g, b, _ = lookup(shading, texture, u, v, REPEAT, interpolation, PREMULTIPLIED)
     return r, g, b
 

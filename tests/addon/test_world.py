@@ -3,10 +3,13 @@
 from collections.abc import Callable
 
 import bpy
+import numpy as np
 import pytest
 
+from addon.export import pictures
 from addon.export.resources import Resources
 from addon.export.world import read_world, world_visibility
+from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, VISIBLE, Closure, Loss, Shader
 from tests.addon.trees import node, only, surface, tree_of
@@ -73,10 +76,55 @@ def test_other_shaders_are_reported(world: bpy.types.World, kind: str):
     assert loss.detail.endswith("black stands in")
 
 
-def test_other_nodes_are_reported(world: bpy.types.World):
-    node(world.node_tree, "ShaderNodeTexSky", into=background(world).inputs["Color"])
+@pytest.fixture
+def rotated(world: bpy.types.World) -> bpy.types.Node:
+    """The direction, turned by a node in a group that no reader knows, as the world's colour."""
+    group = bpy.data.node_groups.new("Turn", "ShaderNodeTree")
+    group.interface.new_socket("Vector", in_out="OUTPUT", socket_type="NodeSocketVector")
+    inner = node(group, "ShaderNodeVectorRotate", into=group.nodes.new("NodeGroupOutput").inputs[0], Angle=0.5)
+    node(group, "ShaderNodeTexCoord", output="Generated", into=inner.inputs["Vector"])
+    outer = node(world.node_tree, "ShaderNodeGroup")
+    outer.node_tree = group
+    world.node_tree.links.new(outer.outputs[0], background(world).inputs["Color"])
+    return inner
+
+
+def test_a_picture_stands_in_for_another_node(world: bpy.types.World, rotated: bpy.types.Node):
+    resources = Resources()
+    shader, (loss,) = read(world, resources)
+    assert loss == Loss(
+        "World",
+        "group 'Turn', node 'Vector Rotate', socket 'Vector'",
+        "Vector Rotate is not supported: a picture of it stands in",
+    )
+    assert tree_of(shader, only(shader).inputs["color"]) == ("environment", (0, 0, 0), (("position",),))
+    (texture,) = resources.textures
+    rows, columns, _ = texture.texels.shape
+    longitude = np.pi * (1 - 2 * (np.arange(columns) + 0.5) / columns) + 0.5
+    latitude = np.pi * (0.5 - (np.arange(rows)[:, None] + 0.5) / rows)
+    x, y, z = np.broadcast_arrays(np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude))
+    np.testing.assert_allclose(texture.texels[..., :3], np.stack([x, y, z], axis=-1), atol=2e-4)  # a tenth of a pixel
+
+
+def test_without_a_picture_both_are_reported(world: bpy.types.World, rotated: bpy.types.Node, monkeypatch: pytest.MonkeyPatch):
+    def render(*_: object, **__: object) -> None:
+        raise InputError("no Blender")
+
+    monkeypatch.setattr(pictures, "render", render)
+    _, losses = read(world)
+    where = "group 'Turn', node 'Vector Rotate'"
+    assert [(loss.where, loss.detail.partition(":")[0]) for loss in losses] == [
+        (where, "Vector Rotate is not supported"),
+        (f"{where}, socket 'Vector'", "there is no picture of it either"),
+    ]
+
+
+def test_nodes_that_know_more_than_a_direction_have_no_picture(world: bpy.types.World):
+    node(world.node_tree, "ShaderNodeTexCoord", into=background(world).inputs["Color"], output="Window")
     _, (loss,) = read(world)
-    assert (loss.object, loss.where) == ("World", "node 'Sky Texture'")
+    assert loss == Loss(
+        "World", "node 'Texture Coordinate', socket 'Window'", "not supported: the unlinked values of the sockets that it leads to stand in"
+    )
 
 
 @pytest.mark.parametrize(("kind", "bit"), [("camera", CAMERA), ("diffuse", DIFFUSE), ("glossy", GLOSSY), ("transmission", TRANSMISSION)])

@@ -3,7 +3,22 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, edges, far, geometry, integrator, lamp_nodes, lamps, lighting, patterns, pictures, principled, surfaces, textures
+from . import (
+    cameras,
+    edges,
+    far,
+    geometry,
+    integrator,
+    lamp_nodes,
+    lamps,
+    lighting,
+    patterns,
+    pictures,
+    principled,
+    skies,
+    surfaces,
+    textures,
+)
 from .registry import CASES, Case
 
 __all__ = [
@@ -20,6 +35,7 @@ __all__ = [
     "patterns",
     "pictures",
     "principled",
+    "skies",
     "surfaces",
     "textures",
 ]

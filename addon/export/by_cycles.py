@@ -1,0 +1,60 @@
+"""Pictures of what only Cycles can compute, by a Blender of its own: no render can begin within another one."""
+
+import json
+import subprocess
+import sys
+import tempfile
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from blender_rl_guiding.errors import InputError
+
+SCRIPT = Path(__file__).resolve().parents[1] / "cycles_pictures.py"
+# What is raised where a file of arrays is not one, or another.
+DAMAGE = (OSError, zipfile.BadZipFile, zlib.error, EOFError, LookupError, ValueError, NotImplementedError)
+_PATIENCE = 120.0  # seconds; one or two are enough where the machine has nothing else to do
+
+
+def render(job: dict[str, Any], path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """Have the pictures of a job (see the script) written to a file, and read them. InputError says in one line why there are none."""
+    with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+        written = Path(folder, "job.json")
+        written.write_text(json.dumps(job), encoding="utf-8")
+        _run([str(written), str(path)])
+    try:
+        return read(path, **shapes)
+    except DAMAGE as error:
+        raise InputError(f"Blender left no pictures: {' '.join(str(error).split())}") from error
+
+
+def read(path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """Arrays of float32 by name. `DAMAGE` where they are not there in these shapes, and finite."""
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+        arrays = {name: file[name] for name in shapes}
+    for name, array in arrays.items():
+        if array.shape != shapes[name] or array.dtype != np.float32 or not np.isfinite(array).all():
+            raise ValueError(f"{name} is {array.dtype}{array.shape}, or not finite")
+    return arrays
+
+
+def _run(arguments: list[str]) -> None:
+    """Run the script in a Blender of this kind, without a window."""
+    if bpy.app.binary_path:
+        command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1", "--python", str(SCRIPT), "--"]
+    else:
+        command = [sys.executable, str(SCRIPT)]  # the bpy module
+    null, pipe = subprocess.DEVNULL, subprocess.PIPE
+    try:
+        done = subprocess.run([*command, *arguments], stdin=null, stdout=null, stderr=pipe, timeout=_PATIENCE, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise InputError(f"Blender was not done after {_PATIENCE:g} seconds") from error
+    except OSError as error:
+        raise InputError(f"cannot start {command[0]}: {error.strerror or error}") from error
+    if done.returncode:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        raise InputError(f"Blender failed with status {done.returncode}: {said[-1] if said else 'it said nothing'}")

@@ -1,0 +1,65 @@
+"""Discs of suns in the world's shader: where rays see them, how bright they are, and the world without them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ..scene.description import Closure, Instruction, Node, Shader
+from ..shading.operands import Shading
+from ..shading.program import compile_alone
+from .world import LUMINANCE, Sun, radiance
+
+_OFF = 1e-4  # how far a matrix may be from one that keeps angles
+_WIDER, _MORE = 1.001, 2e-6  # factor and radians, so that rounding leaves nothing bright outside of a cone
+_PROBES = 64  # directions within a disc that its brightness is averaged over
+
+
+def without_suns(world: Shader, shading: Shading) -> tuple[Shading, list[Sun]]:
+    """The world as the last shader, without the discs of suns that are cones of directions; and these.
+
+    A disc that is seen through coordinates which are more than turned or mirrored is no cone, and stays.
+    """
+    if all(step.op != "sun_disc" for step in world.code):
+        return shading, []
+    whole, suns, code = compile_alone(world, shading), [], list(world.code)
+    for k, step in enumerate(world.code):
+        if step.op == "sun_disc" and (cone := _cone(world, k, shading)):
+            axis, half = cone
+            mean = (radiance(whole, around(axis, half, _PROBES)) @ LUMINANCE).mean()
+            suns.append(Sun(axis, half, mean * 4 * math.pi * math.sin(half / 2) ** 2))
+            code[k] = replace(step, inputs=(*step.inputs[:4], 0.0))
+    return compile_alone(replace(world, code=tuple(code)), shading), suns
+
+
+def _cone(world: Shader, k: int, shading: Shading) -> tuple[np.ndarray, float] | None:
+    """Axis and half angle of the disc that step k shows; None where it is not a cone of directions."""
+    direction, _, elevation, size, _ = world.code[k].inputs
+    if not (isinstance(direction, Node) and isinstance(elevation, float) and isinstance(size, float)):
+        return None
+    turned = _turned(world, direction, shading)
+    if turned is None:
+        return None
+    axis = turned.T @ (0.0, math.cos(elevation), math.sin(elevation))
+    return axis / np.linalg.norm(axis), size / 2 * _WIDER + _MORE
+
+
+def _turned(world: Shader, value: Node, shading: Shading) -> np.ndarray | None:
+    """The 3 x 3 matrix by which a value of the code is the ray's direction turned or mirrored; None where it is something else."""
+    probes = np.concatenate([np.eye(3), around(np.array((0.0, 0.0, 1.0)), math.pi, _PROBES)])
+    as_color = Instruction("vector_math", (value, 0.5, 0.5, 0.0), "MULTIPLY_ADD")  # no colour is negative
+    shader = Shader("", (*world.code, as_color), (Closure("emission", 1.0, {"color": Node(len(world.code))}),))
+    values = 2 * radiance(compile_alone(shader, shading), probes) - 1
+    matrix = values[:3].T
+    same = np.abs(probes @ matrix.T - values).max() < _OFF and np.abs(matrix @ matrix.T - np.eye(3)).max() < _OFF
+    return matrix if same else None
+
+
+def around(axis: np.ndarray, half: float, count: int) -> np.ndarray:
+    """(count, 3), unit vectors spread evenly over the solid angle of a cone."""
+    z = 1 - (np.arange(count) + 0.5) / count * 2 * math.sin(half / 2) ** 2
+    turn = np.arange(count) * (math.pi * (3 - math.sqrt(5)))
+    aside = np.eye(3)[np.abs(axis).argmin()]
+    x = np.cross(axis, aside) / np.linalg.norm(np.cross(axis, aside))
+    r = np.sqrt(1 - z * z)
+    return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1) @ np.stack([x, np.cross(axis, x), axis])

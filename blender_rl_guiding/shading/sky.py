@@ -1,0 +1,27 @@
+"""The sun of the Sky Texture node."""
+
+import math
+
+from ..kernels import part
+from ..sampling import F, add, dot, scale, subtract
+from .textures import INTERPOLATE, ramp
+
+LIMB = F(0.6)  # how much darker the disc is at its edge
+
+
+@part
+def sun_disc(tables, d, sky, elevation, size, intensity, table, hides):
+    """The colour of a sky in the direction d, with the disc of a sun above +y."""
+    sun = (F(0), math.cos(elevation), math.sin(elevation))
+    aside, along = subtract(d, sun), add(d, sun)
+    # The angle to the sun is 2 arctan(|d - sun| / |d + sun|), which is well rounded for the smallest.
+    reach = math.tan(F(0.25) * size)
+    if dot(aside, aside) >= reach * reach * dot(along, along):
+        return sky
+    r = F(4) * math.atan2(math.sqrt(dot(aside, aside)), math.sqrt(dot(along, along))) / size
+    y = (math.asin(min(max(d[2], F(-1)), F(1))) - elevation) / size + F(0.5)
+    darker = F(1) - LIMB * (F(1) - math.sqrt(max(F(0), F(1) - r * r)))
+    disc = scale(ramp(tables, y, table, INTERPOLATE), intensity * darker)
+    if hides:
+        return disc if dot(disc, disc) > F(0) else sky
+    return add(sky, disc)
