@@ -113,12 +113,13 @@ def borrowed(python: Path) -> Iterator[Worker]:
     except BaseException:
         worker.end()
         raise
-    if worker.alive:
+    with suppress(InputError):  # it is not there any more
+        worker.send("rest")
         _SPARE.append((time.monotonic(), worker))
 
 
 _SPARE: list[tuple[float, Worker]] = []  # since when each has nothing to do
-_WARM = 45.0  # seconds; a renderer ends by itself after sixty without a job
+_WARM = 45.0  # seconds; a renderer that rests ends by itself after sixty
 
 
 def _warm(python: Path) -> Worker | None:

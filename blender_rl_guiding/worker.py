@@ -2,8 +2,8 @@
 
     python -m blender_rl_guiding.worker
 
-It ends when its stdin does, so that it never outlives who started it, and by itself after a minute without a job. Whoever wants a job
-cancelled kills it: files are whole or not there.
+It ends when its stdin does, so that it never outlives who started it, and by itself a minute after the job "rest", unless another
+comes. Whoever wants a job cancelled kills it: files are whole or not there.
 """
 
 import json
@@ -24,7 +24,7 @@ from .errors import InputError, atomic, check_writable
 from .schema import SettingsError, from_dict
 from .settings import Machine, Render
 
-IDLE = 60.0  # seconds without a job after which it ends
+IDLE = 60.0  # seconds that it rests before it ends
 LEAST_PAUSE = 0.25  # seconds between two images
 PAUSES = 10  # times as long as an image takes to write: it should cost little
 
@@ -201,7 +201,11 @@ def inspect(job: Job, events: Events) -> None:
     events.send("done", pictures=[str(path) for path in pictures])
 
 
-JOBS = {"prepare": prepare, "render": render, "compare": compare, "inspect": inspect}
+def rest(_job: Job, _events: Events) -> None:
+    """Nobody needs the worker for now."""
+
+
+JOBS = {"rest": rest, "prepare": prepare, "render": render, "compare": compare, "inspect": inspect}
 
 
 def main() -> None:
@@ -210,11 +214,13 @@ def main() -> None:
     os.dup2(2, 1)  # whatever prints, prints elsewhere
     events, jobs = Events(stream), _jobs()
     events.send("ready", version=__version__)
+    patience = None
     while True:
         try:
-            job = jobs.get(timeout=IDLE)
+            job = jobs.get(timeout=patience)
         except queue.Empty:
             return
+        patience = IDLE if job["job"] == "rest" else None
         try:
             JOBS[job["job"]](job, events)
         except (InputError, SettingsError, FloatingPointError) as error:

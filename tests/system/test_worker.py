@@ -138,6 +138,22 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
     assert not fourth.alive
 
 
+def test_it_ends_by_itself_only_while_it_rests():
+    """Whoever has borrowed it may be busy for long, with an export or a reference by Cycles."""
+    code = "import blender_rl_guiding.worker as w; w.IDLE = 0.01; w.JOBS['wait'] = lambda job, events: events.send('done'); w.main()"
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, text=True) as child:
+        assert child.stdin and child.stdout  # noqa: PT018  # for the type checker
+        child.stdin.write('{"job": "wait"}\n')
+        child.stdin.flush()
+        assert [json.loads(child.stdout.readline())["event"] for _ in range(2)] == ["ready", "done"]
+        time.sleep(0.2)
+        assert child.poll() is None
+        child.stdin.write('{"job": "rest"}\n')
+        child.stdin.flush()
+        assert child.wait(timeout=PATIENCE) == 0
+
+
 def test_what_others_print_is_not_an_event():
     """Code that prints, such as a library with a warning, would break the lines of JSON."""
     job = "lambda job, events: (print('x', flush=True), os.write(1, b'y'), events.send('done'))"
