@@ -60,6 +60,8 @@ def frame_shown(image: bpy.types.Image, user: bpy.types.ImageUser, frame: int) -
 
 def _sequence_path(image: bpy.types.Image, frame: int) -> str:
     """The path with another number in place of the last one in its name."""
+    if not image.filepath:
+        return ""
     path = Path(_absolute(image))
     found = _LAST_NUMBER.fullmatch(path.stem)
     head, digits, tail = found.groups() if found else (path.stem, "", "")

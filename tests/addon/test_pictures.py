@@ -71,6 +71,13 @@ def test_files_of_a_sequence_that_are_not_there(
     assert resources.textures[0].texels.ravel().tolist() == [1, 0, 1, 1]
 
 
+@pytest.mark.parametrize("source", ["SEQUENCE", "MOVIE"])
+def test_animated_images_without_a_file(paint: bpy.types.Material, source: str):
+    image = bpy.data.images.new("Lost", 1, 1)
+    image.source, image.filepath = source, ""
+    assert exported(paint, image)[1] == ["image 'Lost' cannot be read (no file): magenta stands in, as in Cycles"]
+
+
 def test_one_sequence_in_two_frames_makes_two_textures(paint: bpy.types.Material, sequence: bpy.types.Image):
     mix = node(paint.node_tree, "ShaderNodeMixRGB", into=color_of(paint.node_tree))
     for name, offset in (("Color1", 0), ("Color2", 2)):
