@@ -10,7 +10,7 @@ from ..lights.tree import crosses, inverse
 from ..lights.world import world_pdf, world_radiance
 from ..references import ref
 from ..sampling import F, add, luminance, multiply, scale
-from ..scene.geometry import FAR, U, V, closest, facing, occluded, off_surface
+from ..scene.geometry import FAR, U, V, closest, facing, object_hit, occluded, off_surface
 from ..scene.ray_kinds import SHADOW as SHADOW_RAY
 from ..shading.evaluate import run
 from ..shading.operands import make_point
@@ -92,9 +92,9 @@ def passes_on(stage, passages, scratch, origin, wi, distance, depth):
         if not stage.see_through[shader]:
             return ZERO
         step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
-        n, ng, behind = facing(stage.surface, rays, triangle, wi)
-        x, object_ = add(origin, scale(wi, step)), stage.surface.object[triangle]
-        wo = scale(wi, F(-1))
+        object_ = object_hit(stage.surface, rays, triangle)
+        n, ng, behind = facing(stage.surface, rays, triangle, object_, wi)
+        x, wo = add(origin, scale(wi, step)), scale(wi, F(-1))
         travelled += step
         point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, travelled, depth))
         run(stage.shading, shader, point, scratch.registers)

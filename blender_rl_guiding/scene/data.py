@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from . import instances
 from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value
 
 TABLE_SIZE = 256
@@ -36,7 +37,11 @@ ARRAYS: dict[str, tuple[type, tuple[int | None, ...]]] = {
     "attribute_rows": (np.int64, (None, None)),
     "object_attributes": (np.float32, (None, None, 3)),
     "tables": (np.float32, (None, TABLE_SIZE, 4)),
+    "meshes": (np.int32, (None,)),
+    "instances": (np.int32, (None,)),
+    "instance_to_world": (np.float32, (None, 3, 4)),
 }
+_OF_INSTANCES = "meshes", "instances", "instance_to_world"
 
 
 def _none(name: str) -> Any:
@@ -57,14 +62,18 @@ class Texture:
 
 @dataclass(frozen=True, eq=False)
 class SceneData:
-    """Everything that the renderer knows of a scene. Arrays are read-only."""
+    """Everything that the renderer knows of a scene. Arrays are read-only.
+
+    The first W triangles stand in world space; each belongs to one object. The others make up meshes, each in a space of its own, that
+    instances place in the world. The first P objects are made of the W triangles; object P + i is instance i.
+    """
 
     name: str
-    vertices: np.ndarray  # (V, 3) float32, world space
-    triangles: np.ndarray  # (T, 3) int32, indices of vertices; those of an object follow each other
+    vertices: np.ndarray  # (V, 3) float32; those in world space come first, and those of a mesh follow each other
+    triangles: np.ndarray  # (T, 3) int32, indices of vertices; those of an object or a mesh follow each other
     normals: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
-    material: np.ndarray  # (T,) int32, index of shaders
-    object: np.ndarray  # (T,) int32, index of the instance that a triangle belongs to; never falls
+    material: np.ndarray  # (T,) int32, index of shaders; those of meshes do not emit
+    object: np.ndarray  # (W,) int32, index of the object that a triangle belongs to; never falls
     shaders: tuple[Shader, ...]
     camera: Camera
     world: Shader = Shader("")
@@ -80,6 +89,9 @@ class SceneData:
     attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object does not have the attribute: it is 0 there
     object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, what is the same all over an object
     tables: np.ndarray = _none("tables")  # (R, 256, 4) float32, colour ramps and curves over 0..1
+    meshes: np.ndarray = _none("meshes")  # (M,) int32, first triangle of each mesh; W is the first of these
+    instances: np.ndarray = _none("instances")  # (I,) int32, index of meshes; never falls
+    instance_to_world: np.ndarray = _none("instance_to_world")  # (I, 3, 4) float32, from the mesh's space to the world's; invertible
     textures: tuple[Texture, ...] = ()
     coverage: tuple[Loss, ...] = ()
 
@@ -96,8 +108,25 @@ class SceneData:
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of the box around the scene, (3,) float32 each."""
-        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+        """Lowest and highest corner of a box around the scene, (3,) float32 each; around the boxes of instances, not their vertices."""
+        if not len(self.instances):
+            return self.vertices.min(axis=0), self.vertices.max(axis=0)
+        boxes = list(instances.boxes(self))
+        if len(self.object):
+            end = self.triangles[: len(self.object)].max() + 1
+            boxes.append((self.vertices[:end].min(axis=0), self.vertices[:end].max(axis=0)))
+        low, high = (np.array(corners, np.float32) for corners in zip(*boxes, strict=True))
+        return low.min(axis=0), high.max(axis=0)
+
+    @property
+    def placed(self) -> int:
+        """P, the number of objects that are no instances."""
+        return len(self.visibility) - len(self.instances)
+
+    @property
+    def first_triangles(self) -> np.ndarray:
+        """(O,) the first triangle of each object."""
+        return np.concatenate([np.searchsorted(self.object, np.arange(self.placed)), self.meshes[self.instances]])
 
     @cached_property
     def key(self) -> str:
@@ -107,7 +136,8 @@ class SceneData:
             del part["name"]
         shown = {k: v for k, v in header.items() if k not in ("name", "coverage")}
         digest = hashlib.sha256(json.dumps(shown, sort_keys=True).encode())
-        for array in (*(getattr(self, name) for name in ARRAYS), *(t.texels for t in self.textures)):
+        names = [name for name in ARRAYS if len(self.meshes) or name not in _OF_INSTANCES]
+        for array in (*(getattr(self, name) for name in names), *(t.texels for t in self.textures)):
             digest.update(repr(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data)
         return digest.hexdigest()
@@ -135,15 +165,20 @@ def find_fault(scene: SceneData) -> str:
         return "the scene is empty: no triangles"
     if triangles.min() < 0 or triangles.max() >= len(scene.vertices):
         return f"triangles point to vertices {triangles.min()}..{triangles.max()}, but there are {len(scene.vertices)}"
-    for name in ("material", "object", "normals"):
-        if len(getattr(scene, name)) != len(triangles):
-            return f"{len(triangles)} triangles, but {len(getattr(scene, name))} in {name}"
+    if fault := instances.find_bad_table(scene):
+        return fault
+    in_world = int(scene.meshes[0]) if len(scene.meshes) else len(triangles)
+    for name, count in (("material", len(triangles)), ("object", in_world), ("normals", len(triangles))):
+        if len(getattr(scene, name)) != count:
+            return f"{count} triangles, but {len(getattr(scene, name))} in {name}"
     if scene.material.min() < 0 or scene.material.max() >= shaders:
         return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {shaders}"
     return (
         _find_bad_object(scene)
         or _find_infinite(scene)
         or _find_flat(scene)
+        or instances.find_singular(scene)
+        or _find_shining_mesh(scene)
         or _find_bad_description(scene)
         or _find_bad_shader(scene)
         or _find_darkness(scene)
@@ -152,9 +187,11 @@ def find_fault(scene: SceneData) -> str:
 
 def _find_bad_object(scene: SceneData) -> str:
     objects = len(scene.visibility)
-    if scene.object.min() < 0 or scene.object.max() >= objects or (np.diff(scene.object) < 0).any():
-        return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {objects}, which must never fall"
-    counts = np.bincount(scene.object, minlength=objects)
+    placed = scene.placed
+    if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= placed or (np.diff(scene.object) < 0).any()):
+        return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {placed}, which must never fall"
+    sizes = np.diff(scene.meshes, append=len(scene.triangles))
+    counts = np.concatenate([np.bincount(scene.object, minlength=placed), sizes[scene.instances]])
     rows = scene.attribute_rows
     if scene.object_attributes.shape[0] and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
@@ -189,6 +226,13 @@ def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         (ux, uy, uz), (vx, vy, vz) = ((end.astype(np.float64) - a).T for end in (b, c))
         flat[start : start + _BLOCK] = (uy * vz == uz * vy) & (uz * vx == ux * vz) & (ux * vy == uy * vx)
     return flat
+
+
+def _find_shining_mesh(scene: SceneData) -> str:
+    for shader in np.unique(scene.material[len(scene.object) :]):
+        if any(map(emits, scene.shaders[shader].closures)):
+            return f"a mesh of instances emits, by shader {scene.shaders[shader].name!r}: its triangles cannot be sampled as lights"
+    return ""
 
 
 def _find_bad_description(scene: SceneData) -> str:

@@ -15,14 +15,18 @@ from numba import types
 from ..kernels import kernel, part
 from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
 from .data import SceneData
+from .instances import runs
+from .placing import normal_to_world, point_to_world
 from .ray_kinds import MESHES, seen_by
 
 _TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
+_INSTANCE_ARRAY, _TRANSFORM_BUFFER, _FLOAT3X4_ROW_MAJOR = 122, 23, 0x9134
 _BUILD_QUALITY_HIGH = 2
+_EVERY_RAY = 0xFFFFFFFF
 RAY_WORDS = 24  # of 4 bytes, of an RTCRayHit with its padding
 # Where its members are: the ray's origin and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,
-# geometry, instance.
-NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19
+# geometry, array of instances, place in it.
+NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCES, PLACE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19, 20
 
 _pointer, _size = ctypes.c_void_p, ctypes.c_size_t
 _library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # finds the symbols of the Embree that it is linked to, too
@@ -36,6 +40,7 @@ _SIGNATURES = {
     "rtcReleaseScene": (None, (_pointer,)),
     "rtcNewGeometry": (_pointer, (_pointer, ctypes.c_int)),
     "rtcSetSharedGeometryBuffer": (None, (_pointer, ctypes.c_int, ctypes.c_uint, ctypes.c_int, _pointer, _size, _size, _size)),
+    "rtcSetGeometryInstancedScene": (None, (_pointer, _pointer)),
     "rtcSetGeometryMask": (None, (_pointer, ctypes.c_uint)),
     "rtcCommitGeometry": (None, (_pointer,)),
     "rtcAttachGeometry": (ctypes.c_uint, (_pointer, _pointer)),
@@ -62,12 +67,15 @@ class Surface(NamedTuple):
 
     embree: int  # address of the RTCScene
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
+    first_object: np.ndarray  # (G,) int32, object of the first instance of each of them that is an array of instances
+    placed: int  # the objects from here on are instances
+    to_world: np.ndarray  # (I, 3, 4) float32, of these
     vertices: np.ndarray  # (V, 3) float32
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
     material: np.ndarray  # (T,) int32
-    object: np.ndarray  # (T,) int32
+    object: np.ndarray  # (W,) int32, of the triangles in world space
 
 
 class Geometry:
@@ -79,32 +87,81 @@ class Geometry:
         device = _library.rtcNewDevice(None)
         handle = _library.rtcNewScene(device)
         weakref.finalize(self, _release, handle, device)
-        first = self._attach(device, handle)
-        _library.rtcSetSceneBuildQuality(handle, _BUILD_QUALITY_HIGH)
-        _library.rtcCommitScene(handle)
+        first = self._attach_triangles(device, handle)
+        meshes, first_object = self._attach_instances(device, handle)
+        _commit(handle)
         if error := _library.rtcGetDeviceError(device):
-            raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles: error {error}")
+            raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles and {len(scene.instances)} instances: error {error}")
         smooth = np.empty(len(scene.triangles), bool)
         find_smooth(scene.vertices, scene.triangles, scene.normals, smooth)
-        self.surface = Surface(handle, first, scene.vertices, scene.triangles, scene.normals, smooth, scene.material, scene.object)
+        self.surface = Surface(
+            handle,
+            np.array(first + meshes, np.int32),
+            np.array([0] * len(first) + first_object, np.int32),
+            scene.placed,
+            scene.instance_to_world,
+            scene.vertices,
+            scene.triangles,
+            scene.normals,
+            smooth,
+            scene.material,
+            scene.object,
+        )
 
-    def _attach(self, device: int, handle: int) -> np.ndarray:
+    def _attach_triangles(self, device: int, handle: int) -> list[int]:
         """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""
+        seen = seen_by(self._scene.visibility, MESHES)[self._scene.object]
+        found = list(runs(seen))
+        for start, end in found:
+            _attach(handle, self._triangles(device, start, end), int(seen[start]))
+        return [start for start, _ in found]
+
+    def _attach_instances(self, device: int, handle: int) -> tuple[list[int], list[int]]:
+        """One geometry for each run of instances of a mesh that the same kinds of rays see.
+
+        Returns the first triangles of their meshes, and the objects of their first instances.
+        """
         scene = self._scene
-        seen = seen_by(scene.visibility, MESHES)[scene.object]
-        starts = np.flatnonzero(np.diff(seen, prepend=-1)).astype(np.int32)
-        for start, end in zip(starts, [*starts[1:], len(seen)], strict=True):
-            geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
-            corners, count = scene.triangles[start:end].ctypes.data, int(end - start)
-            _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners, 0, 12, count)
-            _library.rtcSetSharedGeometryBuffer(
-                geometry, _VERTEX_BUFFER, 0, _FLOAT3, self._vertices.ctypes.data, 0, 12, len(scene.vertices)
-            )
-            _library.rtcSetGeometryMask(geometry, int(seen[start]))
-            _library.rtcCommitGeometry(geometry)
-            _library.rtcAttachGeometry(handle, geometry)
-            _library.rtcReleaseGeometry(geometry)
-        return starts
+        seen = seen_by(scene.visibility, MESHES)[scene.placed :]
+        found = list(runs(scene.instances.astype(np.int64) << 32 | seen))
+        meshes = {mesh: self._mesh(device, mesh) for mesh in {int(scene.instances[start]) for start, _ in found}}
+        for start, end in found:
+            geometry = _library.rtcNewGeometry(device, _INSTANCE_ARRAY)
+            _library.rtcSetGeometryInstancedScene(geometry, meshes[int(scene.instances[start])])
+            matrices = scene.instance_to_world[start:end].ctypes.data
+            _library.rtcSetSharedGeometryBuffer(geometry, _TRANSFORM_BUFFER, 0, _FLOAT3X4_ROW_MAJOR, matrices, 0, 48, end - start)
+            _attach(handle, geometry, int(seen[start]))
+        for mesh in meshes.values():
+            _library.rtcReleaseScene(mesh)  # the instances hold it
+        return [int(scene.meshes[scene.instances[start]]) for start, _ in found], [scene.placed + start for start, _ in found]
+
+    def _mesh(self, device: int, mesh: int) -> int:
+        """An RTCScene of one mesh in its own space; its instances know who sees it."""
+        ends = [*self._scene.meshes[1:].tolist(), len(self._scene.triangles)]
+        handle = _library.rtcNewScene(device)
+        _attach(handle, self._triangles(device, int(self._scene.meshes[mesh]), ends[mesh]), _EVERY_RAY)
+        _commit(handle)
+        return handle
+
+    def _triangles(self, device: int, start: int, end: int) -> int:
+        geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
+        corners, vertices = self._scene.triangles[start:end].ctypes.data, self._vertices.ctypes.data
+        _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners, 0, 12, end - start)
+        _library.rtcSetSharedGeometryBuffer(geometry, _VERTEX_BUFFER, 0, _FLOAT3, vertices, 0, 12, len(self._scene.vertices))
+        return geometry
+
+
+def _attach(scene: int, geometry: int, seen: int) -> None:
+    """Give a geometry to a scene, for rays of these kinds."""
+    _library.rtcSetGeometryMask(geometry, seen)
+    _library.rtcCommitGeometry(geometry)
+    _library.rtcAttachGeometry(scene, geometry)
+    _library.rtcReleaseGeometry(geometry)
+
+
+def _commit(scene: int) -> None:
+    _library.rtcSetSceneBuildQuality(scene, _BUILD_QUALITY_HIGH)
+    _library.rtcCommitScene(scene)
 
 
 def _release(scene: int, device: int) -> None:
@@ -150,14 +207,21 @@ def _prepare(rays, origin, direction, near, far, kind):
 def closest(surface, rays, origin, direction, near, far, kind):
     """The first triangle along a ray that is visible to this kind of rays: its index or -1.
 
-    `rays` then has distance (FAR), barycentrics (U, V), and the triangle's normal by winding, not unit (NORMAL).
+    `rays` then has distance (FAR), barycentrics (U, V), and the triangle's normal by winding, not unit, in its own space (NORMAL).
     """
     _prepare(rays, origin, direction, near, far, kind)
     rays.words[GEOMETRY] = -1
-    rays.words[INSTANCE] = -1
+    rays.words[INSTANCES] = -1
     _intersect(surface.embree, rays.floats.ctypes.data, 0)
-    geometry = rays.words[GEOMETRY]
+    geometry = max(rays.words[GEOMETRY], rays.words[INSTANCES])  # a mesh of instances is the only geometry of its scene: number 0
     return surface.first[geometry] + rays.words[TRIANGLE] if geometry >= 0 else np.int32(-1)
+
+
+@part
+def object_hit(surface, rays, triangle):
+    """The object that the hit in `rays`, on this triangle, belongs to."""
+    instances = rays.words[INSTANCES]
+    return surface.object[triangle] if instances < 0 else np.int32(surface.first_object[instances] + rays.words[PLACE])
 
 
 @part
@@ -170,7 +234,10 @@ def occluded(surface, rays, origin, direction, far, kind):
 
 @part
 def shading_normal(surface, triangle, u, v, face_normal):
-    """The interpolated unit normal at barycentrics u, v; the face's own where it is flat, and where the corners' normals cancel."""
+    """The interpolated unit normal at barycentrics u, v; the face's own where it is flat, and where the corners' normals cancel.
+
+    All of them are in the space of the triangle.
+    """
     if not surface.smooth[triangle]:
         return face_normal
     n = surface.normal[triangle]
@@ -180,13 +247,29 @@ def shading_normal(surface, triangle, u, v, face_normal):
 
 
 @part
-def facing(surface, rays, triangle, ray):
+def facing(surface, rays, triangle, object_, ray):
     """Unit shading and geometric normal of the hit in `rays`, on the side that the ray comes from; and whether that is behind."""
     ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
     n = shading_normal(surface, triangle, rays.floats[U], rays.floats[V], ng)
+    if object_ >= surface.placed:
+        i = object_ - surface.placed
+        n, ng = normal_to_world(surface.to_world, i, n), normal_to_world(surface.to_world, i, ng)
     if dot(ng, ray) <= F(0):
         return n, ng, False
     return scale(n, F(-1)), scale(ng, F(-1)), True
+
+
+@part
+def corners_of(surface, triangle, object_):
+    """The corners of a triangle of an object, and the shading normals there, in the world."""
+    corners, normals = surface.triangles[triangle], surface.normal[triangle]
+    a, b, c = vector(surface.vertices, corners[0]), vector(surface.vertices, corners[1]), vector(surface.vertices, corners[2])
+    n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
+    if object_ >= surface.placed:
+        i, m = object_ - surface.placed, surface.to_world
+        a, b, c = point_to_world(m, i, a), point_to_world(m, i, b), point_to_world(m, i, c)
+        n_a, n_b, n_c = normal_to_world(m, i, n_a), normal_to_world(m, i, n_b), normal_to_world(m, i, n_c)
+    return a, b, c, n_a, n_b, n_c
 
 
 @part

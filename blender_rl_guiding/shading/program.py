@@ -158,7 +158,7 @@ def _padded(numbers: list[int], length: int) -> list[int]:
 def _assets(scene: SceneData, bumps: bool) -> Shading:
     """All that the code of the scene's shaders refers to, without the code. For bumps, the last attribute is the position."""
     objects = len(scene.visibility)
-    rows = np.where(scene.attribute_rows < 0, NONE, scene.attribute_rows - np.searchsorted(scene.object, np.arange(objects)))
+    rows = np.where(scene.attribute_rows < 0, NONE, scene.attribute_rows - scene.first_triangles)
     attributes = scene.attributes
     if bumps:
         rows = np.concatenate([rows.reshape(-1, objects), np.full((1, objects), len(attributes))])
@@ -177,6 +177,7 @@ def _assets(scene: SceneData, bumps: bool) -> Shading:
         attributes=attributes,
         attribute_rows=rows.astype(np.int64),
         object_attributes=scene.object_attributes,
+        to_world=scene.instance_to_world,
     )
 
 
