@@ -15,7 +15,7 @@ from ..errors import InputError, atomic
 from .data import ARRAYS, SceneData, Texture, find_fault
 from .description import Bounces, Camera, Film, Lamp, Loss, Node, Shader, Value
 
-VERSION = 2
+VERSION = 3
 # What numpy, zipfile and json raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
 _DAMAGE += (LookupError, RuntimeError, TypeError, ValueError, AssertionError)
