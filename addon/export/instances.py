@@ -17,7 +17,15 @@ _COST = 2  # triangles that take as much memory as an instance does
 _THINNEST = 1e-4  # least ratio of an instance's scales, and of its volume to theirs: float32 cannot invert much flatter matrices
 _SMALLEST, _LARGEST = 1e-7, 1e9
 
+Kind = tuple[int, int, int]  # addresses of an object, its data, and whoever makes instances of it
 Use = tuple[int, ...]  # addresses of a mesh and of the materials in the slots of an object that shows it
+
+
+def kind_of(instance: bpy.types.DepsgraphObjectInstance) -> Kind:
+    """What instances have in common that differ in place alone: whatever is looked up for the first of them is the same for all."""
+    thing, data = instance.object, instance.object.data
+    parent = instance.parent.as_pointer() if instance.is_instance else 0
+    return thing.original.as_pointer(), data.as_pointer() if data else 0, parent
 
 
 def use_of(thing: bpy.types.Object) -> Use:
@@ -27,15 +35,17 @@ def use_of(thing: bpy.types.Object) -> Use:
 
 def worth_instancing(instances: Iterable[bpy.types.DepsgraphObjectInstance]) -> frozenset[Use]:
     """The meshes to keep once: those that save most, until what is left to be copied is little."""
+    uses: dict[Kind, Use] = {}
     triangles: dict[Use, int] = {}
     counts: Counter[Use] = Counter()
     for instance in instances:
         thing = instance.object
         if instance.show_self and isinstance(thing.data, bpy.types.Mesh):
-            use = use_of(thing)
-            counts[use] += 1
-            if use not in triangles:
-                triangles[use] = max(len(thing.data.loops) - 2 * len(thing.data.polygons), 0)
+            kind = kind_of(instance)
+            if kind not in uses:
+                uses[kind] = use_of(thing)
+                triangles[uses[kind]] = max(len(thing.data.loops) - 2 * len(thing.data.polygons), 0)
+            counts[uses[kind]] += 1
     copies = {use: (count - 1) * triangles[use] for use, count in counts.items()}
     total, chosen = sum(copies.values()), set()
     for use in sorted(copies, key=copies.__getitem__, reverse=True):

@@ -15,7 +15,7 @@ from .attributes import Attributes, Placed, depends_on_place
 from .camera import read_camera
 from .film import read_bounces, read_film
 from .geometry import Mesh, Triangles, place, read_mesh
-from .instances import Instances, Use, fits, use_of, worth_instancing
+from .instances import Instances, Kind, Use, fits, kind_of, use_of, worth_instancing
 from .lamps import read_lamp
 from .materials import read_material
 from .object_info import ObjectInfo
@@ -44,6 +44,9 @@ class Collector:
         self._repeated = repeated
         self._vertices = 0
         self._meshes: dict[int, Mesh] = {}
+        self._seen: dict[Kind, int] = {}
+        self._noted: set[tuple[Kind, bool, bool]] = set()
+        self._uses: dict[Kind, Use] = {}
         self._kept_once: dict[Use, int | None] = {}  # number of the mesh; None where it cannot be
         self._tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]] = {}
         self._shaders: dict[int, tuple[int, tuple[tuple[str, str], ...]]] = {}
@@ -52,23 +55,34 @@ class Collector:
         """Lines for the coverage report."""
         self.losses.update(dict.fromkeys(losses))
 
+    def note_kind(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+        """What is lost of an instance, its materials aside; nothing if one like it has been here."""
+        kind = kind_of(instance), instance.show_self, instance.show_particles
+        if kind not in self._noted:
+            self._noted.add(kind)
+            self.note(coverage.of_instance(instance, self._depsgraph.view_layer))
+
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         """Take one instance, if it is a lamp or a mesh that any rays can see."""
         thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
-        seen = visibility(instance, self._depsgraph.view_layer)
+        kind = kind_of(instance)
+        if kind not in self._seen:
+            self._seen[kind] = visibility(instance, self._depsgraph.view_layer)
+        seen = self._seen[kind]
         if thing.type == "LIGHT":
             lamp, losses = read_lamp(thing, matrix, seen)
             self.lamps += [lamp] if lamp else []
             self.note(losses)
         elif isinstance(thing.data, bpy.types.Mesh) and seen:
-            self._add_mesh(instance, matrix, seen)
+            self._add_mesh(instance, kind, matrix, seen)
 
-    def _add_mesh(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray, seen: int) -> None:
-        thing, mesh = instance.object, self._kept(instance.object)
+    def _add_mesh(self, instance: bpy.types.DepsgraphObjectInstance, kind: Kind, matrix: np.ndarray, seen: int) -> None:
+        thing, mesh = instance.object, self._kept(kind, instance.object)
         if mesh is not None and fits(instance.matrix_world):
             notes = self.instances.add(mesh, matrix, seen)
             self.instances.object_info.add(self.resources.object_attributes, instance)
-            self.note(Loss(thing.name, where, detail) for where, detail in notes)
+            if notes:
+                self.note(Loss(thing.name, where, detail) for where, detail in notes)
             return
         part = self._placed(thing, matrix)
         if len(part.corners):
@@ -89,9 +103,11 @@ class Collector:
             self.note([Loss(thing.name, "mesh", f"{(~part.kept).sum()} triangle(s) without area are left out")])
         return part
 
-    def _kept(self, thing: bpy.types.Object) -> int | None:
+    def _kept(self, kind: Kind, thing: bpy.types.Object) -> int | None:
         """The number of the mesh that all instances like this share; None where each has its own triangles."""
-        use = use_of(thing)
+        if kind not in self._uses:
+            self._uses[kind] = use_of(thing)
+        use = self._uses[kind]
         if use in self._repeated and use not in self._kept_once:
             self._kept_once[use] = self._add_repeated(thing)
         return self._kept_once.get(use)
@@ -189,7 +205,7 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, stop: Callable[[], bool])
     camera, camera_losses = read_camera(depsgraph)
     world, world_losses = read_world(scene.world, collector.resources)
     for instance in _instances(depsgraph, stop):
-        collector.note(coverage.of_instance(instance, depsgraph.view_layer))
+        collector.note_kind(instance)
         if instance.show_self:
             collector.add(instance)
     return SceneData(
