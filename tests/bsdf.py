@@ -32,7 +32,18 @@ def shading_of(*closures: Closure) -> Shading:
     code, tables = np.zeros((0, 12), np.int32), np.zeros((0, 256, 4), np.float32)
     attributes = none, np.zeros((0, 0), np.int64), none
     numbers = np.array(constants, np.float32).reshape(-1, 3)
-    made = Shading(shaders, code, rows, *closure_inputs(rows, numbers).values(), numbers, tables, textures, *texels, *attributes)
+    made = Shading(
+        shaders,
+        code,
+        rows,
+        *closure_inputs(rows, numbers).values(),
+        numbers,
+        tables,
+        textures,
+        *texels,
+        *attributes,
+        np.zeros(3, np.float32),
+    )
     for array in made:
         array.setflags(write=array is made.inputs)  # like the tracer's
     return made

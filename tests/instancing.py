@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.instances import placed
 
 
 def with_instances(scene: SceneData, mesh: SceneData, matrices: np.ndarray, seen: int = 255) -> SceneData:
@@ -29,7 +30,7 @@ def with_instances(scene: SceneData, mesh: SceneData, matrices: np.ndarray, seen
 def flattened(scene: SceneData) -> SceneData:
     """All instances as triangles in the world; where a matrix mirrors, the corners in reverse order."""
     ends = np.append(scene.meshes[1:], len(scene.triangles))
-    world = len(scene.object)
+    world, first = len(scene.object), placed(scene)
     parts = [(scene.vertices[scene.triangles[:world]], scene.normals[:world], scene.material[:world], scene.object)]
     attributes, rows = [scene.attributes], scene.attribute_rows.copy()
     for i, mesh in enumerate(scene.instances):
@@ -39,11 +40,11 @@ def flattened(scene: SceneData) -> SceneData:
         corners = scene.vertices[scene.triangles[own]] @ matrix[:, :3].T + matrix[:, 3]
         normals = scene.normals[own] @ np.linalg.inv(matrix[:, :3])
         normals /= np.linalg.norm(normals, axis=2, keepdims=True)
-        objects = np.full(len(corners), scene.placed + i, np.int32)
+        objects = np.full(len(corners), first + i, np.int32)
         parts.append((corners[:, order], normals[:, order], scene.material[own], objects))
-        for k in np.flatnonzero(rows[:, scene.placed + i] >= 0):
-            row = scene.attribute_rows[k, scene.placed + i]
-            rows[k, scene.placed + i] = sum(map(len, attributes))
+        for k in np.flatnonzero(rows[:, first + i] >= 0):
+            row = scene.attribute_rows[k, first + i]
+            rows[k, first + i] = sum(map(len, attributes))
             attributes.append(scene.attributes[row : row + len(corners)][:, order])
     corners, normals, material, objects = (np.concatenate(column) for column in zip(*parts, strict=True))
     return replace(

@@ -38,14 +38,14 @@ class Point:
     """Where a pixel's ray meets its first surface."""
 
     pixel: tuple[int, int]  # column and row, from the top left
-    position: np.ndarray  # (3,) float32, world space
+    position: np.ndarray  # (3,) float32, from the scene's origin
     normal: np.ndarray  # (3,) float32, unit: the shading normal on the camera's side
 
 
 class View(NamedTuple):
     """The first surface behind each pixel, along one ray."""
 
-    position: np.ndarray  # (H, W, 3) float32
+    position: np.ndarray  # (H, W, 3) float32, from the scene's origin
     normal: np.ndarray  # (H, W, 3) float32, unit; 0 where there is no surface
     emits: np.ndarray  # (H, W) bool, whether it shines brighter than it would reflect light of radiance 1: a lamp, not a glow
     reflects: np.ndarray  # (H, W) bool, whether it reflects, and is none of those
@@ -58,7 +58,7 @@ def view(scene: SceneData, machine: Machine) -> View:
     ).film.layers()
     emission, albedo = layers["Emission"] @ LUMINANCE, layers["Albedo"] @ LUMINANCE
     emits = emission > albedo
-    return View(layers["Position"], layers["Normal"], emits, (albedo > 0) & ~emits)
+    return View(layers["Position"] - scene.origin, layers["Normal"], emits, (albedo > 0) & ~emits)
 
 
 def pixel_of(scene: SceneData, asked: Sequence[int] | None) -> tuple[int, int]:

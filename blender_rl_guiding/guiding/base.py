@@ -13,7 +13,7 @@ class Transitions(NamedTuple):
     The light that arrives at x through the segment is estimated as reward + albedo / pi * (integral of what arrives at y times cosine).
     """
 
-    position: np.ndarray  # (n, 3) float32, x
+    position: np.ndarray  # (n, 3) float32, x, from the scene's origin
     normal: np.ndarray  # (n, 3) float32, shading normal at x
     direction: np.ndarray  # (n, 3) float32, unit, from x to y
     next_position: np.ndarray  # (n, 3) float32, y; where terminal anything

@@ -10,11 +10,11 @@ from ..references import ref
 from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
 from ..scene.data import SceneData, emits
 from ..scene.description import CLOSURES, Shader
-from ..scene.geometry import shading_normal
+from ..scene.geometry import rounding, shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
-from .lamps import lamp_table, power
+from .lamps import EMISSION, POSITION, lamp_table, power
 from .lamps import sample as sample_lamp
 from .tree import LampTree, lamp_tree
 from .world import WorldMap, sample_world, world_map, world_pdf, world_radiance
@@ -61,6 +61,7 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     pdf_area = np.zeros(len(scene.shaders), np.float32)
     pdf_area[scene.material[triangle]] = share[: len(triangle)] / np.maximum(area, 1e-30)
     lamps = lamp_table(scene.lamps)
+    lamps[:, POSITION:EMISSION] -= scene.origin
     return Lights(
         pick=alias_table(share if share.any() else np.ones(len(share))),
         probability=share.astype(np.float32),
@@ -154,7 +155,7 @@ def _world(scene: SceneData, shading: Shading) -> tuple[WorldMap, float]:
 
 def triangle_faces(scene: SceneData, triangles: np.ndarray) -> np.ndarray:
     """(T, 4, 3) float32 of each triangle: its first corner, the edges from there to the second and the third, and its unit normal."""
-    a, b, c = scene.vertices[scene.triangles[triangles].T]
+    a, b, c = scene.vertices[scene.triangles[triangles].T] - scene.origin
     e, f = b - a, c - a
     n = np.cross(e, f)
     return np.stack([a, e, f, n / np.linalg.norm(n, axis=1, keepdims=True)], axis=1)
@@ -186,7 +187,8 @@ def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo,
 def sample_light(lights, shading, surface, registers, x, depth, choice, second_choice, u, v):
     """Pick a light by two uniform numbers, and a direction towards it by two more.
 
-    Returns (wi, distance, radiance, pdf, emitter): pdf per solid angle with that of the choice; 0 where no ray could hit the light:
+    Returns (wi, reach, radiance, pdf, emitter): what stands in the way stands within `reach`, which ends before the light by what rounding
+    asks for; pdf per solid angle with that of the choice; 0 where no ray could hit the light:
     then `radiance` is the irradiance of a surface that faces it, divided by the probability of the choice.
     """
     emitter, choice = draw(lights.pick, choice, second_choice)
@@ -209,12 +211,13 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, second_c
         else:
             wo = scale(wi, F(-1))
             light = triangle_radiance(shading, surface, registers, triangle, y, n, wo, a, b, distance, np.int64(0), depth)
-        return wi, distance, light, lights.pdf_area[shader] * squared / cosine, emitter
+        error = rounding(y, vector(lights.faces[emitter], 1), vector(lights.faces[emitter], 2), n) + F(2**-21) * distance
+        return wi, distance - error / cosine, light, lights.pdf_area[shader] * squared / cosine, emitter
     if emitter < triangles + lamps:
         wi, distance, light, pdf = sample_lamp(lights.lamps, emitter - triangles, x, u, v)
         if pdf == F(0):
             light = scale(light, F(1) / chance)
-        return wi, distance, light, pdf * chance, emitter
+        return wi, distance * F(1 - 2**-18), light, pdf * chance, emitter
     wi = sample_world(lights.world, choice, u, v)
     light = world_radiance(shading, registers, wi, np.int64(0), depth)
     return wi, F(np.inf), light, world_pdf(lights.world, wi) * chance, emitter

@@ -16,7 +16,7 @@ from ..lights.emitters import sample_light
 from ..references import ref
 from ..sampling import F, add, dot, luminance, multiply, scale, store, stream, tangents, to_local, to_world, uniform2, vector
 from ..scene.camera import camera_ray
-from ..scene.geometry import FAR, U, V, closest, facing, object_hit, off_surface
+from ..scene.geometry import FAR, U, V, closest, facing, hit_point, object_hit, off_surface
 from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, TRANSLUCENT, TRANSMISSION
 from ..scene.terminator import shadow_ray
 from ..shading.evaluate import run
@@ -108,10 +108,10 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             break
 
         # --- surface: x, n -----------------------------------------------------------------------------------------------
-        x = add(origin, scale(ray, distance))
         wo = scale(ray, F(-1))
         shader, object_ = np.int64(stage.surface.material[triangle]), object_hit(stage.surface, rays, triangle)
         n, ng, behind = facing(stage.surface, rays, triangle, object_, ray)
+        x, error = hit_point(stage.surface, triangle, object_, hit_u, hit_v, ng)
         travelled += distance
         if stage.plain[shader]:
             lobes_count, emitted, passing = bsdf.scatter_plain(vector(stage.albedo, shader), n, lobes), ZERO, ZERO
@@ -142,11 +142,11 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             transparent += 1
             factor = scale(passing, F(1) / chance_straight)
             beta, through = multiply(beta, factor), through * luminance(factor)
-            origin, near, far = off_surface(x, scale(ng, F(-1)), distance), F(0), far - distance
+            origin, near, far = off_surface(x, scale(ng, F(-1)), error), F(0), far - distance
             continue
         beta = scale(beta, F(1) / (F(1) - chance_straight))
         if features and not seen:
-            write_features(passes, pixel, weight, stage.lens, x, n, colour)
+            write_features(passes, pixel, weight, stage, x, n, colour)
         seen = True
 
         # --- the segment that led here is complete, unless light can arrive from one direction only ------------------------------
@@ -181,7 +181,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             u, v = uniform2(key, dimension + 2)
             emitter_choice, second_choice = uniform2(key, dimension + 1)
             # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
-            above = off_surface(x, ng, distance)
+            above = off_surface(x, ng, error)
             wi, far_light, arriving, pdf_light, emitter = sample_light(
                 stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, emitter_choice, second_choice, u, v
             )
@@ -197,9 +197,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
                         arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
                     if shadow:
                         counts[0] += 1
-                        from_x, to_light, reach = shadow_ray(
-                            stage.surface, triangle, object_, hit_u, hit_v, x, n, ng, wi, far_light, distance
-                        )
+                        from_x, to_light, reach = shadow_ray(stage.surface, triangle, object_, hit_u, hit_v, x, error, n, ng, wi, far_light)
                         arriving = multiply(
                             arriving, passes_on(stage, limits.transparent - transparent, scratch, from_x, to_light, reach, scattered + 1)
                         )
@@ -246,7 +244,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         glossy += kind == GLOSSY
         transmission += (kind & (TRANSMISSION | TRANSLUCENT)) > 0
         above_surface = dot(ng, ray) > F(0)
-        origin = off_surface(x, ng if above_surface else scale(ng, F(-1)), distance)
+        origin = off_surface(x, ng if above_surface else scale(ng, F(-1)), error)
         near, far = F(0), F(np.inf)
         if label & bsdf.SINGULAR:
             through *= luminance(factor)
@@ -274,13 +272,13 @@ def credit(passes, pixel, weight, light, scattered):
 
 
 @part
-def write_features(passes, pixel, weight, lens, x, n, colour):
+def write_features(passes, pixel, weight, stage, x, n, colour):
     """The passes of the first surface."""
     for c in range(3):
         passes[pixel, ALBEDO + c] += weight * colour[c]
         passes[pixel, SHADING_NORMAL + c] += weight * n[c]
-        passes[pixel, POSITION + c] += weight * x[c]
-    a = lens.axes
+        passes[pixel, POSITION + c] += weight * (stage.shading.origin[c] + x[c])
+    a = stage.lens.axes
     passes[pixel, DEPTH] += weight * ((a[3, 0] - x[0]) * a[2, 0] + (a[3, 1] - x[1]) * a[2, 1] + (a[3, 2] - x[2]) * a[2, 2])
 
 

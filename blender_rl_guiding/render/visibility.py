@@ -10,7 +10,7 @@ from ..lights.tree import crosses, inverse
 from ..lights.world import world_pdf, world_radiance
 from ..references import ref
 from ..sampling import F, add, luminance, multiply, scale
-from ..scene.geometry import FAR, U, V, closest, facing, object_hit, occluded, off_surface
+from ..scene.geometry import FAR, U, V, closest, facing, hit_point, object_hit, occluded, off_surface
 from ..scene.ray_kinds import SHADOW as SHADOW_RAY
 from ..shading.evaluate import run
 from ..shading.operands import make_point
@@ -75,12 +75,11 @@ def seen_by(stage, emitter):
 
 
 @part
-def passes_on(stage, passages, scratch, origin, wi, distance, depth):
-    """The share of light that gets from `distance` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight.
+def passes_on(stage, passages, scratch, origin, wi, reach, depth):
+    """The share of light that gets from `reach` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight.
 
     That may happen up to `passages` times.
     """
-    reach = distance * F(1 - 1e-4)
     if not stage.any_see_through:
         return ZERO if occluded(stage.surface, scratch.rays, origin, wi, reach, SHADOW_RAY) else ONE
     rays, share, travelled = scratch.rays, ONE, F(0)
@@ -92,14 +91,14 @@ def passes_on(stage, passages, scratch, origin, wi, distance, depth):
         if not stage.see_through[shader]:
             return ZERO
         step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
-        object_ = object_hit(stage.surface, rays, triangle)
+        object_, wo = object_hit(stage.surface, rays, triangle), scale(wi, F(-1))
         n, ng, behind = facing(stage.surface, rays, triangle, object_, wi)
-        x, wo = add(origin, scale(wi, step)), scale(wi, F(-1))
+        x, error = hit_point(stage.surface, triangle, object_, u, v, ng)
         travelled += step
         point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, travelled, depth))
         run(stage.shading, shader, point, scratch.registers)
         share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
         if luminance(share) <= F(0):
             return ZERO
-        origin, reach = off_surface(x, scale(ng, F(-1)), step), reach - step
+        origin, reach = off_surface(x, scale(ng, F(-1)), error), reach - step
     return ZERO

@@ -19,7 +19,7 @@ class Lens(NamedTuple):
     """A camera as the kernels see it."""
 
     kind: int
-    axes: np.ndarray  # (4, 3) float32: right, up, backward, position
+    axes: np.ndarray  # (4, 3) float32: right, up, backward, position from the scene's origin
     corner: tuple[np.float32, np.float32]  # top left corner of the window
     pixel: tuple[np.float32, np.float32]  # width and height of a pixel in the window; y runs down
     near: np.float32
@@ -36,13 +36,14 @@ class Lens(NamedTuple):
 def lens(scene: SceneData) -> Lens:
     """The scene's camera for `camera_ray`."""
     camera, film = scene.camera, scene.film
-    axes = np.array(camera.to_world, np.float64)[:3].T.astype(np.float32)
+    axes = np.array(camera.to_world, np.float64)[:3].T
+    axes[3] -= scene.origin
     left, right, bottom, top = camera.window
     cdf = filter_cdf(film.filter)
     width = film.filter_width * _FILTERS[film.filter]
     return Lens(
         _KINDS.index(camera.kind),
-        np.ascontiguousarray(axes),
+        np.ascontiguousarray(axes, np.float32),
         (F(left), F(top)),
         (F((right - left) / camera.width), F((bottom - top) / camera.height)),
         F(camera.near),

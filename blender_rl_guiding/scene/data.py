@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from . import instances
-from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value
+from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value, emits
 
 TABLE_SIZE = 256
+_GRID = 64.0  # metres
 _BLOCK = 1 << 16  # triangles, or numbers, whose arithmetic stays in the cache
 _FILTERS, _CAMERAS, _LAMPS = (
     ("box", "gaussian", "blackman_harris"),
@@ -107,26 +108,26 @@ class SceneData:
         self.__post_init__()
 
     @cached_property
+    def origin(self) -> np.ndarray:
+        """(3,) float32, what the renderer counts positions from, so that rounding is small near the camera however far it is from 0.
+
+        It is the corner of a grid next to the camera, or to the point of the scene's box next to that. As the steps of the grid are
+        whole, nothing is rounded by the subtraction; and scenes near 0 stay where they are.
+        """
+        near = np.clip(np.array(self.camera.to_world)[:3, 3], *self._box)
+        origin = (np.round(near / _GRID) * _GRID).astype(np.float32)
+        origin.setflags(write=False)
+        return origin
+
+    @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of a box around the scene, (3,) float32 each; around the boxes of instances, not their vertices."""
-        if not len(self.instances):
-            return self.vertices.min(axis=0), self.vertices.max(axis=0)
-        boxes = list(instances.boxes(self))
-        if len(self.object):
-            end = self.triangles[: len(self.object)].max() + 1
-            boxes.append((self.vertices[:end].min(axis=0), self.vertices[:end].max(axis=0)))
-        low, high = (np.array(corners, np.float32) for corners in zip(*boxes, strict=True))
-        return low.min(axis=0), high.max(axis=0)
+        """Lowest and highest corner of a box around the scene, from its origin, (3,) float32 each."""
+        low, high = self._box
+        return low - self.origin, high - self.origin
 
-    @property
-    def placed(self) -> int:
-        """P, the number of objects that are no instances."""
-        return len(self.visibility) - len(self.instances)
-
-    @property
-    def first_triangles(self) -> np.ndarray:
-        """(O,) the first triangle of each object."""
-        return np.concatenate([np.searchsorted(self.object, np.arange(self.placed)), self.meshes[self.instances]])
+    @cached_property
+    def _box(self) -> tuple[np.ndarray, np.ndarray]:
+        return instances.box(self)
 
     @cached_property
     def key(self) -> str:
@@ -178,7 +179,7 @@ def find_fault(scene: SceneData) -> str:
         or _find_infinite(scene)
         or _find_flat(scene)
         or instances.find_singular(scene)
-        or _find_shining_mesh(scene)
+        or instances.find_shining(scene)
         or _find_bad_description(scene)
         or _find_bad_shader(scene)
         or _find_darkness(scene)
@@ -187,11 +188,10 @@ def find_fault(scene: SceneData) -> str:
 
 def _find_bad_object(scene: SceneData) -> str:
     objects = len(scene.visibility)
-    placed = scene.placed
+    placed = instances.placed(scene)
     if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= placed or (np.diff(scene.object) < 0).any()):
         return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {placed}, which must never fall"
-    sizes = np.diff(scene.meshes, append=len(scene.triangles))
-    counts = np.concatenate([np.bincount(scene.object, minlength=placed), sizes[scene.instances]])
+    counts = np.concatenate([np.bincount(scene.object, minlength=placed), instances.sizes(scene)[scene.instances]])
     rows = scene.attribute_rows
     if scene.object_attributes.shape[0] and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
@@ -226,13 +226,6 @@ def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         (ux, uy, uz), (vx, vy, vz) = ((end.astype(np.float64) - a).T for end in (b, c))
         flat[start : start + _BLOCK] = (uy * vz == uz * vy) & (uz * vx == ux * vz) & (ux * vy == uy * vx)
     return flat
-
-
-def _find_shining_mesh(scene: SceneData) -> str:
-    for shader in np.unique(scene.material[len(scene.object) :]):
-        if any(map(emits, scene.shaders[shader].closures)):
-            return f"a mesh of instances emits, by shader {scene.shaders[shader].name!r}: its triangles cannot be sampled as lights"
-    return ""
 
 
 def _find_bad_description(scene: SceneData) -> str:
@@ -284,14 +277,3 @@ def _find_darkness(scene: SceneData) -> str:
     if scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures):
         return ""
     return "the scene has no light: no lamp, no emitting surface, and the world is black"
-
-
-def emits(closure: Closure) -> bool:
-    """Whether a closure may emit."""
-    if closure.kind == "emission":
-        parts = (closure.weight, closure.inputs.get("color", 1.0), closure.inputs.get("strength", 1.0))
-    elif closure.kind == "principled":
-        parts = (closure.weight, closure.inputs.get("emission_color", 1.0), closure.inputs.get("emission_strength", 0.0))
-    else:
-        return False
-    return all(isinstance(part, Node) or np.any(part) for part in parts)

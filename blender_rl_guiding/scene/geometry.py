@@ -1,58 +1,26 @@
 """Triangles: rays against them by Embree, called from inside the kernels, and the surface at a hit.
 
-embreex offers batches of rays only and no masks, so its Embree 4 is called directly; see docs/decisions/0006.
+See `embree` for what is called, and docs/decisions/0006 and 0012 for why.
 """
 
-import ctypes
+import math
 import weakref
 from typing import NamedTuple
 
-import embreex.rtcore_scene
-import llvmlite.binding
 import numpy as np
-from numba import types
 
 from ..kernels import kernel, part
 from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
+from . import embree
 from .data import SceneData
-from .instances import runs
-from .placing import normal_to_world, point_to_world
+from .instances import placed, runs, sizes, world_vertices
+from .placing import normal_to_world, placing_error, point_to_world, step_to_world
 from .ray_kinds import MESHES, seen_by
 
-_TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
-_INSTANCE_ARRAY, _TRANSFORM_BUFFER, _FLOAT3X4_ROW_MAJOR = 122, 23, 0x9134
-_BUILD_QUALITY_HIGH = 2
-_EVERY_RAY = 0xFFFFFFFF
 RAY_WORDS = 24  # of 4 bytes, of an RTCRayHit with its padding
 # Where its members are: the ray's origin and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,
 # geometry, array of instances, place in it.
 NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCES, PLACE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19, 20
-
-_pointer, _size = ctypes.c_void_p, ctypes.c_size_t
-_library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # finds the symbols of the Embree that it is linked to, too
-_SIGNATURES = {
-    "rtcNewDevice": (_pointer, (ctypes.c_char_p,)),
-    "rtcGetDeviceError": (ctypes.c_int, (_pointer,)),
-    "rtcReleaseDevice": (None, (_pointer,)),
-    "rtcNewScene": (_pointer, (_pointer,)),
-    "rtcSetSceneBuildQuality": (None, (_pointer, ctypes.c_int)),
-    "rtcCommitScene": (None, (_pointer,)),
-    "rtcReleaseScene": (None, (_pointer,)),
-    "rtcNewGeometry": (_pointer, (_pointer, ctypes.c_int)),
-    "rtcSetSharedGeometryBuffer": (None, (_pointer, ctypes.c_int, ctypes.c_uint, ctypes.c_int, _pointer, _size, _size, _size)),
-    "rtcSetGeometryInstancedScene": (None, (_pointer, _pointer)),
-    "rtcSetGeometryMask": (None, (_pointer, ctypes.c_uint)),
-    "rtcCommitGeometry": (None, (_pointer,)),
-    "rtcAttachGeometry": (ctypes.c_uint, (_pointer, _pointer)),
-    "rtcReleaseGeometry": (None, (_pointer,)),
-}
-for _name, (_result, _arguments) in _SIGNATURES.items():
-    getattr(_library, _name).restype, getattr(_library, _name).argtypes = _result, _arguments
-for _name in ("rtcIntersect1", "rtcOccluded1"):
-    llvmlite.binding.add_symbol(_name, ctypes.cast(getattr(_library, _name), _pointer).value)
-_query = types.void(types.intp, types.intp, types.intp)
-_intersect = types.ExternalFunction("rtcIntersect1", _query)
-_occluded = types.ExternalFunction("rtcOccluded1", _query)
 
 
 class Rays(NamedTuple):
@@ -69,8 +37,8 @@ class Surface(NamedTuple):
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
     first_object: np.ndarray  # (G,) int32, object of the first instance of each of them that is an array of instances
     placed: int  # the objects from here on are instances
-    to_world: np.ndarray  # (I, 3, 4) float32, of these
-    vertices: np.ndarray  # (V, 3) float32
+    to_world: np.ndarray  # (I, 3, 4) float32, of these, from the space of the mesh to positions from the scene's origin
+    vertices: np.ndarray  # (V, 3) float32, from the scene's origin; those of meshes in their own space
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
@@ -83,24 +51,30 @@ class Geometry:
 
     def __init__(self, scene: SceneData) -> None:
         self._scene = scene  # Embree reads its triangles where they are
-        self._vertices = np.append(scene.vertices.ravel(), F(0))  # Embree reads 16 bytes of the last vertex, too
-        device = _library.rtcNewDevice(None)
-        handle = _library.rtcNewScene(device)
-        weakref.finalize(self, _release, handle, device)
+        self._numbers = np.zeros(scene.vertices.size + 1, F)  # Embree reads 16 bytes of the last vertex, too
+        vertices = self._numbers[:-1].reshape(-1, 3)
+        vertices[:] = scene.vertices
+        vertices[: world_vertices(scene)] -= scene.origin
+        vertices.setflags(write=False)
+        self._to_world = scene.instance_to_world.copy()
+        self._to_world[:, :, 3] -= scene.origin
+        self._to_world.setflags(write=False)
+        device, handle = embree.new_device_and_scene()
+        weakref.finalize(self, embree.release, handle, device)
         first = self._attach_triangles(device, handle)
         meshes, first_object = self._attach_instances(device, handle)
-        _commit(handle)
-        if error := _library.rtcGetDeviceError(device):
+        embree.commit(handle)
+        if error := embree.failure(device):
             raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles and {len(scene.instances)} instances: error {error}")
         smooth = np.empty(len(scene.triangles), bool)
-        find_smooth(scene.vertices, scene.triangles, scene.normals, smooth)
+        find_smooth(vertices, scene.triangles, scene.normals, smooth)
         self.surface = Surface(
             handle,
             np.array(first + meshes, np.int32),
             np.array([0] * len(first) + first_object, np.int32),
-            scene.placed,
-            scene.instance_to_world,
-            scene.vertices,
+            placed(scene),
+            self._to_world,
+            vertices,
             scene.triangles,
             scene.normals,
             smooth,
@@ -113,7 +87,7 @@ class Geometry:
         seen = seen_by(self._scene.visibility, MESHES)[self._scene.object]
         found = list(runs(seen))
         for start, end in found:
-            _attach(handle, self._triangles(device, start, end), int(seen[start]))
+            embree.attach(handle, self._triangles(device, start, end), int(seen[start]))
         return [start for start, _ in found]
 
     def _attach_instances(self, device: int, handle: int) -> tuple[list[int], list[int]]:
@@ -121,52 +95,21 @@ class Geometry:
 
         Returns the first triangles of their meshes, and the objects of their first instances.
         """
-        scene = self._scene
-        seen = seen_by(scene.visibility, MESHES)[scene.placed :]
+        scene, objects = self._scene, placed(self._scene)
+        seen = seen_by(scene.visibility, MESHES)[objects:]
         found = list(runs(scene.instances.astype(np.int64) << 32 | seen))
-        meshes = {mesh: self._mesh(device, mesh) for mesh in {int(scene.instances[start]) for start, _ in found}}
+        ends, meshes = scene.meshes + sizes(scene), {}
         for start, end in found:
-            geometry = _library.rtcNewGeometry(device, _INSTANCE_ARRAY)
-            _library.rtcSetGeometryInstancedScene(geometry, meshes[int(scene.instances[start])])
-            matrices = scene.instance_to_world[start:end].ctypes.data
-            _library.rtcSetSharedGeometryBuffer(geometry, _TRANSFORM_BUFFER, 0, _FLOAT3X4_ROW_MAJOR, matrices, 0, 48, end - start)
-            _attach(handle, geometry, int(seen[start]))
+            mesh = int(scene.instances[start])
+            if mesh not in meshes:
+                meshes[mesh] = embree.scene_of(device, self._triangles(device, int(scene.meshes[mesh]), int(ends[mesh])))
+            embree.attach(handle, embree.instances(device, meshes[mesh], self._to_world[start:end]), int(seen[start]))
         for mesh in meshes.values():
-            _library.rtcReleaseScene(mesh)  # the instances hold it
-        return [int(scene.meshes[scene.instances[start]]) for start, _ in found], [scene.placed + start for start, _ in found]
-
-    def _mesh(self, device: int, mesh: int) -> int:
-        """An RTCScene of one mesh in its own space; its instances know who sees it."""
-        ends = [*self._scene.meshes[1:].tolist(), len(self._scene.triangles)]
-        handle = _library.rtcNewScene(device)
-        _attach(handle, self._triangles(device, int(self._scene.meshes[mesh]), ends[mesh]), _EVERY_RAY)
-        _commit(handle)
-        return handle
+            embree.let_go(mesh)
+        return [int(scene.meshes[scene.instances[start]]) for start, _ in found], [objects + start for start, _ in found]
 
     def _triangles(self, device: int, start: int, end: int) -> int:
-        geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
-        corners, vertices = self._scene.triangles[start:end].ctypes.data, self._vertices.ctypes.data
-        _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners, 0, 12, end - start)
-        _library.rtcSetSharedGeometryBuffer(geometry, _VERTEX_BUFFER, 0, _FLOAT3, vertices, 0, 12, len(self._scene.vertices))
-        return geometry
-
-
-def _attach(scene: int, geometry: int, seen: int) -> None:
-    """Give a geometry to a scene, for rays of these kinds."""
-    _library.rtcSetGeometryMask(geometry, seen)
-    _library.rtcCommitGeometry(geometry)
-    _library.rtcAttachGeometry(scene, geometry)
-    _library.rtcReleaseGeometry(geometry)
-
-
-def _commit(scene: int) -> None:
-    _library.rtcSetSceneBuildQuality(scene, _BUILD_QUALITY_HIGH)
-    _library.rtcCommitScene(scene)
-
-
-def _release(scene: int, device: int) -> None:
-    _library.rtcReleaseScene(scene)
-    _library.rtcReleaseDevice(device)
+        return embree.triangles(device, self._scene.triangles[start:end], self._numbers)
 
 
 @kernel
@@ -212,7 +155,7 @@ def closest(surface, rays, origin, direction, near, far, kind):
     _prepare(rays, origin, direction, near, far, kind)
     rays.words[GEOMETRY] = -1
     rays.words[INSTANCES] = -1
-    _intersect(surface.embree, rays.floats.ctypes.data, 0)
+    embree.intersect(surface.embree, rays.floats.ctypes.data, 0)
     geometry = max(rays.words[GEOMETRY], rays.words[INSTANCES])  # a mesh of instances is the only geometry of its scene: number 0
     return surface.first[geometry] + rays.words[TRIANGLE] if geometry >= 0 else np.int32(-1)
 
@@ -228,7 +171,7 @@ def object_hit(surface, rays, triangle):
 def occluded(surface, rays, origin, direction, far, kind):
     """Whether anything visible to this kind of rays stands within `far`."""
     _prepare(rays, origin, direction, F(0), far, kind)
-    _occluded(surface.embree, rays.floats.ctypes.data, 0)
+    embree.occluded(surface.embree, rays.floats.ctypes.data, 0)
     return rays.floats[FAR] < F(0)
 
 
@@ -261,9 +204,8 @@ def facing(surface, rays, triangle, object_, ray):
 
 @part
 def corners_of(surface, triangle, object_):
-    """The corners of a triangle of an object, and the shading normals there, in the world."""
-    corners, normals = surface.triangles[triangle], surface.normal[triangle]
-    a, b, c = vector(surface.vertices, corners[0]), vector(surface.vertices, corners[1]), vector(surface.vertices, corners[2])
+    """The corners of a triangle of an object, and the shading normals there, from the scene's origin."""
+    (a, b, c), normals = _own_corners(surface, triangle), surface.normal[triangle]
     n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
     if object_ >= surface.placed:
         i, m = object_ - surface.placed, surface.to_world
@@ -273,7 +215,48 @@ def corners_of(surface, triangle, object_):
 
 
 @part
-def off_surface(point, side, distance):
-    """Move a hit point along the unit vector `side`, by more than the rounding error of a hit at that distance."""
-    size = max(max(abs(point[0]), abs(point[1])), max(abs(point[2]), distance))
-    return add(point, scale(side, F(3e-5) * size))
+def _own_corners(surface, triangle):
+    """The corners of a triangle in its own space."""
+    p = surface.triangles[triangle]
+    return vector(surface.vertices, p[0]), vector(surface.vertices, p[1]), vector(surface.vertices, p[2])
+
+
+@part
+def hit_point(surface, triangle, object_, u, v, ng):
+    """The point of a triangle at barycentrics u, v, and how far along the unit normal ng rounding may part it from the triangle.
+
+    The distance along the ray would give a point that is the less exact the further it is away.
+    """
+    a, b, c = _own_corners(surface, triangle)
+    e, f = subtract(b, a), subtract(c, a)
+    x = add(a, add(scale(e, u), scale(f, v)))
+    if object_ < surface.placed:
+        return x, rounding(x, e, f, ng)
+    i, m = object_ - surface.placed, surface.to_world
+    y = point_to_world(m, i, x)
+    return y, rounding(y, step_to_world(m, i, e), step_to_world(m, i, f), ng) + placing_error(m, i, x)
+
+
+@part
+def rounding(x, e, f, ng):
+    """A bound on how far x and what Embree takes for its triangle may lie apart along the unit normal ng; e and f are two edges.
+
+    The first part is for positions and edges, as far as they lie along ng; the second for the plane of a sliver, which tilts with the
+    rounding of the edges' cross product. Both are twice of what was found to be needed.
+    """
+    normal = cross(e, f)
+    placed, tilt, size = F(0), F(0), F(0)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        along = max(abs(e[i]), abs(f[i]))
+        placed += abs(ng[i]) * (abs(x[i]) + abs(e[i]) + abs(f[i]))
+        tilt += along * (abs(e[j] * f[k]) + abs(e[k] * f[j]))
+        size += along
+    area = max(math.sqrt(dot(normal, normal)), F(1e-30))
+    return F(2**-22) * placed + F(2**-23) * min(tilt / area, F(4096) * size)
+
+
+@part
+def off_surface(x, side, error):
+    """x moved along the unit vector `side` by no more than rounding asks for: see `hit_point`."""
+    return add(x, scale(side, error))

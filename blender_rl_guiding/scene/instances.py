@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .description import emits
+
 if TYPE_CHECKING:
     from .data import SceneData
 
@@ -21,22 +23,50 @@ def runs(values: np.ndarray) -> Iterator[tuple[int, int]]:
     return pairwise([*starts.tolist(), len(values)])
 
 
-def boxes(scene: SceneData) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Lowest and highest corner, (3,) float64, of boxes around all instances of each mesh."""
-    ends = np.append(scene.meshes[1:], len(scene.triangles))
+def placed(scene: SceneData) -> int:
+    """P, the number of objects that are no instances."""
+    return len(scene.visibility) - len(scene.instances)
+
+
+def first_triangles(scene: SceneData) -> np.ndarray:
+    """(O,) the first triangle of each object."""
+    return np.concatenate([np.searchsorted(scene.object, np.arange(placed(scene))), scene.meshes[scene.instances]])
+
+
+def sizes(scene: SceneData) -> np.ndarray:
+    """(M,) triangles of each mesh."""
+    return np.diff(scene.meshes, append=len(scene.triangles))
+
+
+def world_vertices(scene: SceneData) -> int:
+    """The number of vertices in world space."""
+    return int(scene.triangles[scene.meshes[0] :].min()) if len(scene.meshes) else len(scene.vertices)
+
+
+def box(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner, (3,) float32, of a box around all: around the boxes of instances, not their vertices."""
+    world = scene.vertices[: world_vertices(scene)]
+    boxes = [(world.min(axis=0), world.max(axis=0))] if len(world) else []
+    low, high = zip(*boxes, *_boxes(scene), strict=True)
+    return np.min(low, axis=0), np.max(high, axis=0)
+
+
+def _boxes(scene: SceneData) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Around all instances of each mesh."""
+    ends = scene.meshes + sizes(scene)
     for first, end in runs(scene.instances):
         mesh = scene.instances[first]
         corners = scene.triangles[scene.meshes[mesh] : ends[mesh]]
         vertices = scene.vertices[corners.min() : corners.max() + 1]
         low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
-        around = [_box(scene.instance_to_world[i : min(i + _BLOCK, end)], low, high) for i in range(first, end, _BLOCK)]
-        yield np.min([box[0] for box in around], axis=0), np.max([box[1] for box in around], axis=0)
+        for start in range(first, end, _BLOCK):
+            yield _box(scene.instance_to_world[start : min(start + _BLOCK, end)], low, high)
 
 
 def _box(matrices: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     middle = matrices[:, :, :3] @ ((low + high) / 2) + matrices[:, :, 3]
     half = np.abs(matrices[:, :, :3]) @ ((high - low) / 2)
-    return (middle - half).min(axis=0), (middle + half).max(axis=0)
+    return (middle - half).min(axis=0).astype(np.float32), (middle + half).max(axis=0).astype(np.float32)
 
 
 def invertible(matrices: np.ndarray) -> np.ndarray:
@@ -50,6 +80,8 @@ def find_bad_table(scene: SceneData) -> str:
     meshes, instances, triangles = scene.meshes, scene.instances, len(scene.triangles)
     if len(meshes) and (meshes[0] < 0 or meshes[-1] >= triangles or (np.diff(meshes) <= 0).any()):
         return f"meshes begin at triangles {meshes.min()}..{meshes.max()} of {triangles}, which must rise"
+    if len(meshes) and scene.triangles[: meshes[0]].max(initial=-1) >= world_vertices(scene):
+        return f"vertex {world_vertices(scene)} is of a mesh, but vertices of triangles in the world follow"
     if len(instances) != len(scene.instance_to_world) or len(instances) > len(scene.visibility):
         return f"{len(instances)} instances, but {len(scene.instance_to_world)} instance_to_world and {len(scene.visibility)} objects"
     if len(instances) and (instances.min() < 0 or instances.max() >= len(meshes) or (np.diff(instances) < 0).any()):
@@ -62,4 +94,12 @@ def find_singular(scene: SceneData) -> str:
     for start in range(0, len(scene.instances), _BLOCK):
         if not (good := invertible(scene.instance_to_world[start : start + _BLOCK])).all():
             return f"instance {start + good.argmin()} has a matrix without an inverse"
+    return ""
+
+
+def find_shining(scene: SceneData) -> str:
+    """The first material of meshes of instances that emits, in one line; empty if there is none. Lights are sampled by triangle."""
+    for shader in np.unique(scene.material[len(scene.object) :]):
+        if any(map(emits, scene.shaders[shader].closures)):
+            return f"a mesh of instances emits, by shader {scene.shaders[shader].name!r}"
     return ""

@@ -14,18 +14,18 @@ GRAZING = F(0.1)  # cosine below which rays start further up
 
 
 @part
-def shadow_ray(surface, triangle, object_, u, v, x, n, ng, wi, distance, travelled):
+def shadow_ray(surface, triangle, object_, u, v, x, error, n, ng, wi, distance):
     """A ray to what lies at `distance` along wi from just above x: its origin, unit direction and distance.
 
-    x is at barycentrics u, v of a triangle of an object and was hit at the distance `travelled`; `n` and `ng` are on its upper side.
+    x is at barycentrics u, v of a triangle of an object, as `hit_point` gives it with its error; `n` and `ng` are on its upper side.
     """
-    above = off_surface(x, ng, travelled)
+    above = off_surface(x, ng, error)
     upwards = dot(n, wi) > F(0)
     outside, cosine = (ng, dot(n, wi)) if upwards else (scale(ng, F(-1)), -dot(n, wi))
     amount = share(cosine, dot(outside, wi)) if surface.smooth[triangle] else F(0)
     if upwards and amount == F(0):
         return above, wi, distance
-    lifted = off_surface(x, outside, travelled)
+    lifted = off_surface(x, outside, error)
     if amount > F(0):
         lifted = add(lifted, scale(bulge(surface, triangle, object_, u, v, outside), amount))
     if distance > F(1e30):

@@ -37,7 +37,7 @@ def _of_point(shading, point, op, mode, options):
     if op == Code.OBJECT_ATTRIBUTE:
         return geometry.object_attribute(shading, point, options[0])
     if op == Code.POSITION:
-        return point.x
+        return geometry.position(shading, point)
     if op == Code.NORMAL:
         return point.n
     if op == Code.TRUE_NORMAL:

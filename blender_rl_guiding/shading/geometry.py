@@ -11,6 +11,16 @@ from .arithmetic import lerp, saturate
 from .operands import NONE, Point
 from .vectors import combine, cross, unit
 
+# --- position --------------------------------------------------------------------------------------------------------
+
+
+@part
+def position(shading, point):
+    """Where the point is in the world; for the world the direction of the ray."""
+    o = shading.origin
+    return add(point.x, (o[0], o[1], o[2])) if point.object >= 0 else point.x
+
+
 # --- attributes ------------------------------------------------------------------------------------------------------
 
 

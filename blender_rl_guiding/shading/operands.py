@@ -35,10 +35,11 @@ class Shading(NamedTuple):
     attribute_rows: np.ndarray  # (A, O) int64: first row minus the object's first triangle; NONE where an object lacks it
     object_attributes: np.ndarray  # (B, O, 3) float32
     to_world: np.ndarray  # (I, 3, 4) float32, of the last I objects, whose positions are in the space of a mesh
+    origin: np.ndarray  # (3,) float32, of points in world space
 
 
 class Point(NamedTuple):
-    """Where a shader is evaluated. Vectors are tuples in world space."""
+    """Where a shader is evaluated. Vectors are tuples in world space, x from the scene's origin."""
 
     x: tuple[F, F, F]
     n: tuple[F, F, F]  # shading normal, on wo's side of the surface
