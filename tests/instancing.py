@@ -1,14 +1,16 @@
 """The same scene twice: with instances of meshes, and with all their triangles in the world."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.description import VISIBLE
 from blender_rl_guiding.scene.instances import placed
 
 
-def with_instances(scene: SceneData, mesh: SceneData, matrices: np.ndarray, seen: int = 255) -> SceneData:
+def with_instances(scene: SceneData, mesh: SceneData, matrices: Sequence[np.ndarray] | np.ndarray) -> SceneData:
     """A scene with a mesh, all triangles of another scene with its shaders, placed by matrices (I, 3, 4)."""
     shaders = (*scene.shaders, *mesh.shaders)
     count, objects = len(matrices), len(scene.visibility)
@@ -20,7 +22,7 @@ def with_instances(scene: SceneData, mesh: SceneData, matrices: np.ndarray, seen
         material=np.concatenate([scene.material, mesh.material + np.int32(len(scene.shaders))]),
         shaders=shaders,
         attribute_rows=np.zeros((0, objects + count), np.int64),
-        visibility=np.concatenate([scene.visibility[:objects], np.full(count, seen, np.uint8)]),
+        visibility=np.concatenate([scene.visibility[:objects], np.full(count, VISIBLE, np.uint8)]),
         meshes=np.array([len(scene.triangles)], np.int32),
         instances=np.zeros(count, np.int32),
         instance_to_world=np.asarray(matrices, np.float32),
@@ -60,3 +62,11 @@ def flattened(scene: SceneData) -> SceneData:
         instances=scene.instances[:0],
         instance_to_world=scene.instance_to_world[:0],
     )
+
+
+def matrix(scale: tuple[float, float, float], turn: float, shift: tuple[float, float, float]) -> np.ndarray:
+    """(3, 4): scaled, then turned around an oblique axis, then shifted."""
+    axis = np.array((1.0, 2.0, 2.0)) / 3
+    cross = np.cross(np.eye(3), axis)
+    rotation = np.eye(3) + np.sin(turn) * -cross + (1 - np.cos(turn)) * cross @ cross
+    return np.column_stack([rotation @ np.diag(scale), shift])

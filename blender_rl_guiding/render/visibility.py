@@ -100,5 +100,5 @@ def passes_on(stage, passages, scratch, origin, wi, reach, depth):
         share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
         if luminance(share) <= F(0):
             return ZERO
-        origin, reach = off_surface(x, scale(ng, F(-1)), error), reach - step
+        origin, reach = off_surface(x, scale(ng, F(-1)), error), reach - step - error  # or the ray would reach beyond its end
     return ZERO
