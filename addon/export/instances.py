@@ -14,7 +14,7 @@ from .object_info import ObjectInfo
 # Triangles that are rather kept again for each instance: rays find them faster than through instances, for 0.2 GB in all.
 COPIES = 1 << 20
 _COST = 2  # triangles that take as much memory as an instance does
-_THINNEST = 1e-4  # least ratio of an instance's scales, and of its volume to theirs: float32 cannot invert much flatter matrices
+_THINNEST = 1e-3  # least ratio of an instance's scales, and of its volume to theirs: float32 cannot invert much flatter matrices
 _SMALLEST, _LARGEST = 1e-7, 1e9
 
 Kind = tuple[int, int, int]  # addresses of an object, its data, and whoever makes instances of it

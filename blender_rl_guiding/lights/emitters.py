@@ -10,7 +10,7 @@ from ..references import ref
 from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
 from ..scene.data import SceneData, emits
 from ..scene.description import CLOSURES, Shader
-from ..scene.geometry import rounding, shading_normal
+from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
@@ -211,7 +211,7 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, second_c
         else:
             wo = scale(wi, F(-1))
             light = triangle_radiance(shading, surface, registers, triangle, y, n, wo, a, b, distance, np.int64(0), depth)
-        error = rounding(y, vector(lights.faces[emitter], 1), vector(lights.faces[emitter], 2), n) + F(2**-21) * distance
+        error = surface.error[triangle] + F(2**-21) * distance
         return wi, distance - error / cosine, light, lights.pdf_area[shader] * squared / cosine, emitter
     if emitter < triangles + lamps:
         wi, distance, light, pdf = sample_lamp(lights.lamps, emitter - triangles, x, u, v)

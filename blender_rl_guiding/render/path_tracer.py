@@ -111,7 +111,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         wo = scale(ray, F(-1))
         shader, object_ = np.int64(stage.surface.material[triangle]), object_hit(stage.surface, rays, triangle)
         n, ng, behind = facing(stage.surface, rays, triangle, object_, ray)
-        x, error = hit_point(stage.surface, triangle, object_, hit_u, hit_v, ng)
+        x, error = hit_point(stage.surface, triangle, object_, hit_u, hit_v)
         travelled += distance
         if stage.plain[shader]:
             lobes_count, emitted, passing = bsdf.scatter_plain(vector(stage.albedo, shader), n, lobes), ZERO, ZERO

@@ -93,7 +93,7 @@ def passes_on(stage, passages, scratch, origin, wi, reach, depth):
         step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
         object_, wo = object_hit(stage.surface, rays, triangle), scale(wi, F(-1))
         n, ng, behind = facing(stage.surface, rays, triangle, object_, wi)
-        x, error = hit_point(stage.surface, triangle, object_, u, v, ng)
+        x, error = hit_point(stage.surface, triangle, object_, u, v)
         travelled += step
         point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, travelled, depth))
         run(stage.shading, shader, point, scratch.registers)

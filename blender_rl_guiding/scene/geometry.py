@@ -14,7 +14,7 @@ from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
 from . import embree
 from .data import SceneData
 from .instances import placed, runs, sizes, world_vertices
-from .placing import normal_to_world, placing_error, point_to_world, step_to_world
+from .placing import normal_to_world, placing_error, point_to_world
 from .ray_kinds import MESHES, seen_by
 
 RAY_WORDS = 24  # of 4 bytes, of an RTCRayHit with its padding
@@ -42,6 +42,7 @@ class Surface(NamedTuple):
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
+    error: np.ndarray  # (T,) float32, by how much rays start off the triangle: a bound on the rounding of its points
     material: np.ndarray  # (T,) int32
     object: np.ndarray  # (W,) int32, of the triangles in world space
 
@@ -66,8 +67,8 @@ class Geometry:
         embree.commit(handle)
         if error := embree.failure(device):
             raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles and {len(scene.instances)} instances: error {error}")
-        smooth = np.empty(len(scene.triangles), bool)
-        find_smooth(vertices, scene.triangles, scene.normals, smooth)
+        smooth, rounding = np.empty(len(scene.triangles), bool), np.empty(len(scene.triangles), F)
+        measure(vertices, scene.triangles, scene.normals, smooth, rounding)
         self.surface = Surface(
             handle,
             np.array(first + meshes, np.int32),
@@ -78,6 +79,7 @@ class Geometry:
             scene.triangles,
             scene.normals,
             smooth,
+            rounding,
             scene.material,
             scene.object,
         )
@@ -113,13 +115,40 @@ class Geometry:
 
 
 @kernel
-def find_smooth(vertices, triangles, normals, smooth):
-    """Write which triangles have shading normals of their own, by more than rounding."""
+def measure(vertices, triangles, normals, smooth, error):
+    """Write which triangles have shading normals of their own, by more than rounding; and how far rounding moves points off them."""
     for i in range(triangles.shape[0]):
         p, n = triangles[i], normals[i]
-        a = vector(vertices, p[0])
-        own = normalize(cross(subtract(vector(vertices, p[1]), a), subtract(vector(vertices, p[2]), a)))
+        a, b, c = vector(vertices, p[0]), vector(vertices, p[1]), vector(vertices, p[2])
+        own = normalize(cross(subtract(b, a), subtract(c, a)))
         smooth[i] = _differ(own, vector(n, 0)) or _differ(own, vector(n, 1)) or _differ(own, vector(n, 2))
+        error[i] = _rounding(a, subtract(b, a), subtract(c, a))
+
+
+@part
+def _rounding(a, e, f):
+    """A bound on how far, across a triangle, its points as `hit_point` has them and its plane as Embree has it lie apart.
+
+    The triangle has a corner a and from there the edges e and f. The first part is for the rounding of positions, as far as these lie
+    along the normal; the second for the plane of a sliver, which tilts with the rounding of the edges' cross product. Both are about
+    twice of what was found to be needed (decision 12).
+    """
+    a, e, f = _doubled(a), _doubled(e), _doubled(f)
+    n = cross(e, f)
+    area = max(math.sqrt(dot(n, n)), 1e-300)
+    placed, tilt, size = 0.0, 0.0, 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        edge = max(abs(e[i]), abs(f[i]))
+        placed += abs(n[i]) * (max(abs(a[i]), abs(a[i] + e[i]), abs(a[i] + f[i])) + abs(e[i]) + abs(f[i]))
+        tilt += edge * (abs(e[j] * f[k]) + abs(e[k] * f[j]))
+        size += edge
+    return F(2**-22 * placed / area + 2**-23 * min(tilt / area, 4096.0 * size))
+
+
+@part
+def _doubled(v):
+    return np.float64(v[0]), np.float64(v[1]), np.float64(v[2])
 
 
 @part
@@ -222,41 +251,20 @@ def _own_corners(surface, triangle):
 
 
 @part
-def hit_point(surface, triangle, object_, u, v, ng):
-    """The point of a triangle at barycentrics u, v, and how far along the unit normal ng rounding may part it from the triangle.
+def hit_point(surface, triangle, object_, u, v):
+    """The point of a triangle at barycentrics u, v, and by how much rays have to start off it: a bound on its rounding.
 
     The distance along the ray would give a point that is the less exact the further it is away.
     """
     a, b, c = _own_corners(surface, triangle)
-    e, f = subtract(b, a), subtract(c, a)
-    x = add(a, add(scale(e, u), scale(f, v)))
+    x, error = add(a, add(scale(subtract(b, a), u), scale(subtract(c, a), v))), surface.error[triangle]
     if object_ < surface.placed:
-        return x, rounding(x, e, f, ng)
+        return x, error
     i, m = object_ - surface.placed, surface.to_world
-    y = point_to_world(m, i, x)
-    return y, rounding(y, step_to_world(m, i, e), step_to_world(m, i, f), ng) + placing_error(m, i, x)
-
-
-@part
-def rounding(x, e, f, ng):
-    """A bound on how far x and what Embree takes for its triangle may lie apart along the unit normal ng; e and f are two edges.
-
-    The first part is for positions and edges, as far as they lie along ng; the second for the plane of a sliver, which tilts with the
-    rounding of the edges' cross product. Both are twice of what was found to be needed.
-    """
-    normal = cross(e, f)
-    placed, tilt, size = F(0), F(0), F(0)
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        along = max(abs(e[i]), abs(f[i]))
-        placed += abs(ng[i]) * (abs(x[i]) + abs(e[i]) + abs(f[i]))
-        tilt += along * (abs(e[j] * f[k]) + abs(e[k] * f[j]))
-        size += along
-    area = max(math.sqrt(dot(normal, normal)), F(1e-30))
-    return F(2**-22) * placed + F(2**-23) * min(tilt / area, F(4096) * size)
+    return point_to_world(m, i, x), placing_error(m, i, x, error)
 
 
 @part
 def off_surface(x, side, error):
-    """x moved along the unit vector `side` by no more than rounding asks for: see `hit_point`."""
+    """The point of a triangle moved along the unit vector `side`, by no more than the triangle's `error` asks for."""
     return add(x, scale(side, error))

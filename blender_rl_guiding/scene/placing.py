@@ -3,6 +3,8 @@
 `matrices` is (I, 3, 4) float32, `instance_to_world` of the scene.
 """
 
+import math
+
 from ..kernels import part
 from ..sampling import F, cross, dot, normalize, scale
 
@@ -19,23 +21,18 @@ def point_to_world(matrices, i, p):
 
 
 @part
-def step_to_world(matrices, i, d):
-    """A difference of points of instance i's mesh in the world."""
-    a, b, c = _rows(matrices, i)
-    return dot(a, d), dot(b, d), dot(c, d)
-
-
-@part
-def placing_error(matrices, i, p):
+def placing_error(matrices, i, p, error):
     """How far a point p of instance i's mesh in the world, and what Embree takes for it, may lie apart by rounding.
 
-    Embree brings the rays to the space of the mesh: there and back, products of the matrix cancel against its shift. Where the matrix is
-    a rotation after a scaling, that costs 2^-23 times less than twice the sum of their sizes; doubled as in `geometry.rounding`.
+    `error` is a bound in the mesh's space. Embree brings the rays there: on the way there and back, products of the matrix cancel
+    against its shift. Where the matrix is a rotation after a scaling, that costs less than 2^-22 times the sum of their sizes; it is
+    doubled as `geometry.measure` does.
     """
-    m, size = matrices[i], F(0)
+    m, size, squares = matrices[i], F(0), F(0)
     for row in range(3):
         size += abs(m[row, 0] * p[0]) + abs(m[row, 1] * p[1]) + abs(m[row, 2] * p[2]) + abs(m[row, 3])
-    return F(2**-21) * size
+        squares += m[row, 0] * m[row, 0] + m[row, 1] * m[row, 1] + m[row, 2] * m[row, 2]
+    return F(2**-21) * size + error * math.sqrt(squares)
 
 
 @part

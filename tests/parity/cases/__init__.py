@@ -3,7 +3,7 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, edges, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from . import cameras, edges, far, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
 from .registry import CASES, Case
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "Case",
     "cameras",
     "edges",
+    "far",
     "geometry",
     "integrator",
     "lamps",

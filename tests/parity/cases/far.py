@@ -1,0 +1,36 @@
+"""What the rounding of positions would spoil: scenes far from the origin, walls of a hair's width, and things that almost touch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .registry import case, each
+
+if TYPE_CHECKING:
+    from ..stage import Stage
+
+
+@each({"500_m": 500.0, "5_km": 5000.0, "100_km": 100000.0})
+def far(s: Stage, x: float) -> None:
+    """Glass, a box a millimetre above the floor, and a pattern of where things are in the world and of where they are in themselves."""
+    material, nodes = s.nodes()
+    world = nodes.add("TexChecker", {"Vector": (nodes.add("NewGeometry"), "Position"), "Scale": 0.7})
+    own = nodes.add("TexChecker", {"Vector": (nodes.add("TexCoord"), "Object"), "Scale": 2.3})
+    nodes.surface(nodes.add("BsdfDiffuse", {"Color": nodes.add("Mix", {"A_Color": world, "B_Color": own}, data_type="RGBA")}))
+    s.lights()
+    s.floor(material)
+    s.ball(s.material("BsdfGlass", {"IOR": 1.5}))
+    s.box(material, at=(1.3, 0.2, 0.701))
+    for thing in s.scene.objects:
+        thing.location.x += x
+
+
+@case()
+def thin_walls(s: Stage) -> None:
+    """A hollow ball of glass whose wall is 0.05 mm, 7 m away: a bubble, which a single surface would be a lens instead of."""
+    s.lights()
+    s.floor(s.diffuse((0.6, 0.6, 0.6)))
+    glass = s.material("BsdfGlass", {"IOR": 1.5})
+    s.ball(glass)
+    s.ball(glass, scale=(0.99995,) * 3).data.flip_normals()
+    s.box(s.diffuse((0.8, 0.35, 0.12)))
