@@ -187,9 +187,9 @@ def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo,
 def sample_light(lights, shading, surface, registers, x, depth, choice, second_choice, u, v):
     """Pick a light by two uniform numbers, and a direction towards it by two more.
 
-    Returns (wi, reach, radiance, pdf, emitter): what stands in the way stands within `reach`, which ends before the light by what rounding
-    asks for; pdf per solid angle with that of the choice; 0 where no ray could hit the light:
-    then `radiance` is the irradiance of a surface that faces it, divided by the probability of the choice.
+    Returns (wi, reach, radiance, pdf, emitter). What stands in the way stands within `reach`, which ends before the light by what
+    rounding asks for. The pdf is per solid angle, with that of the choice; 0 where no ray could hit the light: then `radiance` is the
+    irradiance of a surface that faces it, divided by the probability of the choice.
     """
     emitter, choice = draw(lights.pick, choice, second_choice)
     chance = lights.probability[emitter]
@@ -211,8 +211,8 @@ def sample_light(lights, shading, surface, registers, x, depth, choice, second_c
         else:
             wo = scale(wi, F(-1))
             light = triangle_radiance(shading, surface, registers, triangle, y, n, wo, a, b, distance, np.int64(0), depth)
-        error = surface.error[triangle] + F(2**-21) * distance
-        return wi, distance - error / cosine, light, lights.pdf_area[shader] * squared / cosine, emitter
+        reach = max(distance - (surface.error[triangle] + F(2**-21) * distance) / cosine, F(0))
+        return wi, reach, light, lights.pdf_area[shader] * squared / cosine, emitter
     if emitter < triangles + lamps:
         wi, distance, light, pdf = sample_lamp(lights.lamps, emitter - triangles, x, u, v)
         if pdf == F(0):

@@ -12,7 +12,7 @@ from blender_rl_guiding.references import ref
 from blender_rl_guiding.render import render
 from blender_rl_guiding.sampling import F, circle, pick, scale, stream, tangents, to_world, uniform2, uniform_triangle
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.scene.description import IDENTITY, Lamp, Matrix
+from blender_rl_guiding.scene.description import IDENTITY, Closure, Lamp, Matrix, Shader
 from blender_rl_guiding.scene.geometry import Geometry, closest, corners_of, hit_point, off_surface, rays
 from blender_rl_guiding.settings import Render
 from tests import scenes
@@ -132,6 +132,12 @@ def test_rays_leave_and_stay_inside_instances(kind, size, beside, scale, away):
 # --- things that almost touch ------------------------------------------------------------------------------------------
 
 
+def placed(to_world: Matrix, by: np.ndarray) -> Matrix:
+    matrix = np.array(to_world)
+    matrix[:3, 3] = matrix[:3, 3].astype(np.float32) + by
+    return tuple(map(tuple, matrix.tolist()))
+
+
 def level(b: scenes.Builder, z: float, half: float, of) -> None:
     """A square that faces down."""
     b.quad((-half, -half, z), (-half, half, z), (half, half, z), (half, -half, z), of)
@@ -155,24 +161,35 @@ def test_a_sheet_before_a_light_shades_it(lamp):
     assert (render(without, Render(spp=16, nee=True)).image > 0).any()
 
 
-def test_light_does_not_leave_a_furnace_through_its_edges():
-    """Around it, 0.05 mm away, is a box without light."""
-    inner, b = scenes.furnace_box(0.6, 0.8), scenes.Builder()
-    scenes.box(b, (-1, -1, 0), (1.5, 1, 1), scenes.everywhere(scenes.material("wall", (0.6,) * 3, (0.8,) * 3)))
-    low, high = np.array((-1, -1, 0)) - 5e-5, np.array((1.5, 1, 1)) + 5e-5
-    scenes.box(b, tuple(low), tuple(high), scenes.everywhere(scenes.material("dark")))
-    scene = b.scene(inner.camera, max_bounces=6)
-    image = render(scene, Render(spp=64)).image
-    np.testing.assert_allclose(image, 0.8 * sum(0.6**k for k in range(7)), rtol=5e-6)
+def panes(b: scenes.Builder, count: int) -> None:
+    """Each lets a half through, and stands 0.05 mm above the one before."""
+    for k in range(count):
+        level(b, 3.0 + k * 5e-5, 4.0, Shader("pane", (), (Closure("transparent", 1.0, {"color": (0.5, 0.5, 0.5)}),)))
+
+
+def test_each_of_two_panes_takes_its_share():
+    """Of what is seen through both, in surroundings of radiance 1."""
+    b = scenes.Builder()
+    panes(b, 2)
+    image = render(b.scene(scenes.look((0.1, 0.2, 0), (0.3, 0, 3), 40, 8, 8), world=(1.0, 1.0, 1.0)), Render(spp=4)).image
+    np.testing.assert_allclose(image, 0.25, rtol=1e-6)
+
+
+def test_each_of_two_panes_takes_its_share_of_the_light():
+    """Of a lamp, on its way to a floor."""
+    lamp = Lamp("lamp", "area", placed(IDENTITY, np.array((0.0, 0.0, 4.0))), (9.0, 9.0, 9.0), width=1.0, height=1.0)
+    images = []
+    for count in (0, 2):
+        b = scenes.Builder()
+        level(b, 0.0, 4.0, scenes.material("floor", (0.8, 0.8, 0.8)))
+        panes(b, count)
+        scene = replace(b.scene(scenes.look((0.1, -3, 1), (0, 0, 0), 40, 8, 8), max_bounces=1), lamps=(lamp,))
+        images.append(render(scene, Render(spp=16, nee=True)).image)
+    np.testing.assert_allclose(images[1], 0.25 * images[0], rtol=1e-3)
+    assert (images[0] > 0).any()
 
 
 # --- far from the origin -----------------------------------------------------------------------------------------------
-
-
-def placed(to_world: Matrix, by: np.ndarray) -> Matrix:
-    matrix = np.array(to_world)
-    matrix[:3, 3] = matrix[:3, 3].astype(np.float32) + by
-    return tuple(map(tuple, matrix.tolist()))
 
 
 def moved(scene: SceneData, by: np.ndarray) -> SceneData:
