@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import kernel, part
+from ..kernels import kernel, part, unlikely
 from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
 from . import embree
 from .data import SceneData
@@ -223,7 +223,7 @@ def facing(surface, rays, triangle, object_, ray):
     """Unit shading and geometric normal of the hit in `rays`, on the side that the ray comes from; and whether that is behind."""
     ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
     n = shading_normal(surface, triangle, rays.floats[U], rays.floats[V], ng)
-    if object_ >= surface.placed:
+    if unlikely(object_ >= surface.placed):
         i = object_ - surface.placed
         n, ng = normal_to_world(surface.to_world, i, n), normal_to_world(surface.to_world, i, ng)
     if dot(ng, ray) <= F(0):
@@ -236,7 +236,7 @@ def corners_of(surface, triangle, object_):
     """The corners of a triangle of an object, and the shading normals there, from the scene's origin."""
     (a, b, c), normals = _own_corners(surface, triangle), surface.normal[triangle]
     n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
-    if object_ >= surface.placed:
+    if unlikely(object_ >= surface.placed):
         i, m = object_ - surface.placed, surface.to_world
         a, b, c = point_to_world(m, i, a), point_to_world(m, i, b), point_to_world(m, i, c)
         n_a, n_b, n_c = normal_to_world(m, i, n_a), normal_to_world(m, i, n_b), normal_to_world(m, i, n_c)
@@ -258,10 +258,10 @@ def hit_point(surface, triangle, object_, u, v):
     """
     a, b, c = _own_corners(surface, triangle)
     x, error = add(a, add(scale(subtract(b, a), u), scale(subtract(c, a), v))), surface.error[triangle]
-    if object_ < surface.placed:
-        return x, error
-    i, m = object_ - surface.placed, surface.to_world
-    return point_to_world(m, i, x), placing_error(m, i, x, error)
+    if unlikely(object_ >= surface.placed):
+        i, m = object_ - surface.placed, surface.to_world
+        return point_to_world(m, i, x), placing_error(m, i, x, error)
+    return x, error
 
 
 @part

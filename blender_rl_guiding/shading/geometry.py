@@ -2,7 +2,7 @@
 
 import math
 
-from ..kernels import part
+from ..kernels import part, unlikely
 from ..sampling import F, add, dot, scale, subtract, tangents
 from ..scene.ops import Light, Weight
 from ..scene.placing import step_to_mesh
@@ -177,7 +177,7 @@ def moved(shading, point, positions, d):
     """The point moved by d along its triangle, beyond its edge if need be; `positions` is the attribute that holds the corners."""
     x = add(point.x, d)
     instance = point.object - (shading.attribute_rows.shape[1] - shading.to_world.shape[0])
-    if instance >= 0:
+    if unlikely(instance >= 0):
         d = step_to_mesh(shading.to_world, instance, d)
     corners = shading.attributes[shading.attribute_rows[positions, point.object] + point.triangle]
     a = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
