@@ -1,4 +1,4 @@
-"""Sizes: memory, time and noise against triangles, emitters and pixels, each size in a process of its own; `./build.sh bench size`."""
+"""Sizes: memory, time and noise against triangles, instances, emitters and pixels, each in its own process; `./build.sh bench size`."""
 
 import json
 import subprocess
@@ -20,6 +20,7 @@ EMITTERS = {
     "points": (1, 10, 100, 1000, 10_000),
     "balls": (1, 10, 100, 1000, 10_000),
 }
+TREES = (10, 200, 10_000)  # of 50,000 triangles: up to 500 million
 PIXELS = ((256, 256), (1024, 1024), (1920, 1080), (3840, 2160))
 GIB = 1 << 30
 MOST = 4 * GIB  # that the largest image may take, with all passes
@@ -45,6 +46,15 @@ def triangles(console: Console, folder: Path) -> Iterable[Row]:
         exported = measure("export", blend, bundle)
         console.print(f"{exported['triangles']} triangles: exported, {exported['peak'] / GIB:.2f} GiB")
         yield {"export": exported} | measure("triangles", bundle, 8)
+
+
+def instances(console: Console, folder: Path) -> Iterable[Row]:
+    """Ever more trees of one mesh; the first few are copied."""
+    blend, bundle = folder / "forest.blend", folder / "forest.npz"
+    for trees in TREES:
+        console.print(f"{trees} trees")
+        measure("forest", blend, trees, 128)
+        yield {"trees": trees, "export": measure("export", blend, bundle)} | measure("triangles", bundle, 8)
 
 
 def emitters(console: Console, folder: Path) -> Iterable[Row]:
@@ -103,6 +113,11 @@ def show(console: Console, found: dict[str, list[Row]]) -> None:
         into = (f"{row['loading']:.2f}", f"{row['building']:.2f}", f"{row['rays'] / row['tracing'] / 1e6:.2f}", f"{row['peak'] / GIB:.2f}")
         table.add_row(f"{out['triangles']:,}", *speed, *into)
     console.print(table)
+    table = Table("trees", "triangles kept", "export, GiB", "render, GiB", "Mrays/s", title="Instances of a tree of 50,000 triangles")
+    for row in found["instances"]:
+        memory = (f"{row['export']['peak'] / GIB:.2f}", f"{row['peak'] / GIB:.2f}")
+        table.add_row(f"{row['trees']:,}", f"{row['export']['triangles']:,}", *memory, f"{row['rays'] / row['tracing'] / 1e6:.2f}")
+    console.print(table)
     table = Table("emitters", "kind", "Msamples/s", "noise", "picked evenly", "variance saved", title="Emitters: noise of a sample")
     for row in found["emitters"]:
         by_power, evenly = row["power"], row["evenly"]
@@ -127,7 +142,7 @@ def main() -> int:
         console.print("compiling kernels (once after an update)")
         measure("warm")
         found: dict[str, list[Row]] = {}
-        for part in (triangles, emitters, pixels):
+        for part in (triangles, instances, emitters, pixels):
             with tempfile.TemporaryDirectory(prefix="size-") as folder:
                 found[part.__name__] = list(part(console, Path(folder)))
         with atomic(OUT) as file:

@@ -31,7 +31,7 @@ from blender_rl_guiding.scene.data import ARRAYS, SceneData
 from blender_rl_guiding.settings import BSDF, Machine, Render
 
 from .cornell import cornell_box
-from .size_scenes import lit_floor, write_room
+from .size_scenes import lit_floor, write_forest, write_room
 
 Measured = dict[str, Any]
 
@@ -61,6 +61,12 @@ def warm() -> Measured:
 def room(blend: str, cuts: str, pixels: str) -> Measured:
     """Makes the .blend, which is not what is measured."""
     write_room(Path(blend), int(cuts), int(pixels))
+    return {}
+
+
+def forest(blend: str, trees: str, pixels: str) -> Measured:
+    """Makes the .blend."""
+    write_forest(Path(blend), int(trees), int(pixels))
     return {}
 
 
@@ -162,7 +168,7 @@ def pixels(width: str, height: str, denoise: str, folder: str) -> Measured:
     return found | {"peak": peak()}
 
 
-WHAT: dict[str, Callable[..., Measured]] = {f.__name__: f for f in (warm, room, export, triangles, emitters, pixels)}
+WHAT: dict[str, Callable[..., Measured]] = {f.__name__: f for f in (warm, room, forest, export, triangles, emitters, pixels)}
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Bounces, Camera, Closure, Lamp, Shader
 
 WALLS = 6
-INSTANCED = 3  # walls that share one mesh
+QUADS = 25_000  # leaves of a tree
 HALF = 0.02  # of the edge of a quad that shines, and radius of a ball, metres
 
 
@@ -21,20 +21,37 @@ def triangles(cuts: int) -> int:
 
 
 def write_room(path: Path, cuts: int, pixels: int) -> None:
-    """A closed room as a .blend: three walls of their own and three instances of one, smooth, displaced, half of them with a UV texture.
+    """A closed room as a .blend: six walls, smooth, displaced, half of them with a UV texture.
 
     Its displacement ends at the walls' edges, so that no ray escapes.
     """
     bpy = import_module("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     materials = [_material(bpy, "plain", checked=False), _material(bpy, "checked", checked=True)]
-    shared = _wall(bpy, cuts, 0, materials[1])
     for wall in range(WALLS):
-        mesh = shared if wall < INSTANCED else _wall(bpy, cuts, wall, materials[0])
-        thing = bpy.data.objects.new(f"wall {wall}", mesh)
+        thing = bpy.data.objects.new(f"wall {wall}", _wall(bpy, cuts, wall, materials[wall % 2]))
         thing.matrix_world = _wall_matrix(wall).T
         bpy.context.collection.objects.link(thing)
     _lamp_and_camera(bpy, pixels)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)
+
+
+def write_forest(path: Path, trees: int, pixels: int) -> None:
+    """Linked duplicates of one tree of 50,000 triangles beneath a grey sky, as a .blend."""
+    bpy = import_module("bpy")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    rng = np.random.default_rng(1)
+    leaves = rng.normal(size=(QUADS, 1, 3)) * (0.5, 0.5, 1) + (0, 0, 2) + rng.normal(size=(QUADS, 4, 3)) * 0.03
+    mesh = bpy.data.meshes.new("tree")
+    mesh.from_pydata(leaves.reshape(-1, 3), [], np.arange(4 * QUADS).reshape(-1, 4))
+    mesh.materials.append(_material(bpy, "leaf", checked=False))
+    for place in rng.uniform((-12, 0, 0, -3), (12, 40, 0, 3), (trees, 4)):
+        thing = bpy.data.objects.new("tree", mesh)
+        thing.location, thing.rotation_euler[2] = place[:3], place[3]
+        bpy.context.collection.objects.link(thing)
+    _lamp_and_camera(bpy, pixels)
+    bpy.context.scene.camera.location = (0.0, -12.0, 5.0)
+    bpy.context.scene.world = bpy.data.worlds.new("sky")
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)
 
 

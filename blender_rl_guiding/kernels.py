@@ -11,8 +11,11 @@ from typing import Any
 import llvmlite.binding
 import numba
 import numba.core.config
+from llvmlite import ir
+from numba import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.extending import intrinsic
 
 from .cache import cache_home
 
@@ -77,3 +80,19 @@ kernel = numba.njit(cache=True, **_options)
 part = numba.njit(pipeline_class=_PartCompiler, **(_options | {"no_cpython_wrapper": True}))
 # The same for a part that returns a view of an array, which without counting of references only a part of its caller's own code may do.
 merged = numba.njit(pipeline_class=_PartCompiler, inline="always", **(_options | {"no_cpython_wrapper": True}))
+
+
+@intrinsic
+def _unlikely(typingctx, condition):
+    """A condition; LLVM keeps what is done where it holds out of the way of all else."""
+
+    def codegen(context, builder, signature, args):
+        bit = ir.IntType(1)
+        expect = builder.module.declare_intrinsic("llvm.expect", [bit], ir.FunctionType(bit, [bit, bit]))
+        return builder.call(expect, [args[0], ir.Constant(bit, 0)])
+
+    return types.boolean(types.boolean), codegen
+
+
+# Declared, because type checkers take the typing context for an argument of the call.
+unlikely: Any = _unlikely

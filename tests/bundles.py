@@ -11,6 +11,7 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData, Texture
 from blender_rl_guiding.scene.description import IDENTITY, Bounces, Closure, Film, Instruction, Lamp, Loss, Node, Shader
 from tests import scenes
+from tests.instancing import with_instances
 
 _CODE = (
     Instruction("attribute", options=(0,)),
@@ -21,9 +22,9 @@ _CODE = (
 
 
 def whole() -> SceneData:
-    """Two objects, a textured shader, lamps, textures of both types, tables, attributes and a loss; never rendered."""
-    scene, rng = scenes.tiny(4), np.random.default_rng(1)
-    count = len(scene.triangles)
+    """Two objects, an instance, a textured shader, lamps, textures of both types, tables, attributes and a loss; never rendered."""
+    room, rng = scenes.tiny(4), np.random.default_rng(1)
+    scene, count = with_instances(room, scenes.white_cube(), np.eye(3, 4)[None]), len(room.triangles)
     painted = Shader("painted", _CODE, (Closure("diffuse", 0.5, {"color": Node(3)}), Closure("glossy", Node(2), {"roughness": 0.1})))
     return replace(
         scene,
@@ -36,10 +37,10 @@ def whole() -> SceneData:
         film=Film("blackman_harris", 1.5, 1.0, True),
         bounces=Bounces(4, 3, 2, 1, 5, 6),
         object=np.repeat(np.int32([0, 1]), [count // 2, count - count // 2]),
-        visibility=np.array([31, 5], np.uint8),
+        visibility=np.array([31, 5, 31], np.uint8),
         attributes=rng.random((count, 3, 3), np.float32),
-        attribute_rows=np.array([[-1, 0], [0, -1]], np.int64),
-        object_attributes=rng.random((1, 2, 3), np.float32),
+        attribute_rows=np.array([[-1, 0, 0], [0, -1, -1]], np.int64),
+        object_attributes=rng.random((1, 3, 3), np.float32),
         tables=rng.random((1, 256, 4), np.float32),
         textures=(
             Texture("codes", True, rng.integers(256, size=(3, 2, 4), dtype=np.uint8)),

@@ -40,13 +40,16 @@ class Attributes:
     def __init__(self) -> None:
         self._blocks: list[np.ndarray] = [np.zeros((0, 3, 3), np.float32)]
         self._count = 0
-        self._rows: dict[tuple[int, int], int] = {}  # of attribute and object
+        self._rows: dict[tuple[int, int], int] = {}  # of attribute and owner
         self._shared: dict[tuple, int] = {}  # of what instances of one mesh have in common
 
     def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> None:
-        """Attribute `number`, named as in `Resources`, of object `owner`; nothing where the mesh has no such thing."""
+        """Attribute `number`, named as in `Resources`; nothing where the mesh has no such thing.
+
+        `owner` is an object, or ~m for what all instances of mesh m have in common.
+        """
         name = (placed.data.as_pointer(), key, placed.triangles.mirrored)
-        shared = placed.triangles.kept is None and not _depends_on_place(key)
+        shared = placed.triangles.kept is None and not depends_on_place(key)
         if shared and name in self._shared:
             self._rows[number, owner] = self._shared[name]
         elif (values := read(key, placed)) is not None:
@@ -54,12 +57,12 @@ class Attributes:
             self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
             self._count += len(self._blocks[-1])
 
-    def arrays(self, attributes: int, objects: int) -> tuple[np.ndarray, np.ndarray]:
-        """What `SceneData` calls attributes and attribute_rows."""
-        rows = np.full((attributes, objects), -1, np.int64)
+    def arrays(self, attributes: int, objects: int, meshes: int, instances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What `SceneData` calls attributes and attribute_rows; `objects` are those that are no instances."""
+        rows = np.full((attributes, objects + meshes), -1, np.int64)
         for place, row in self._rows.items():
-            rows[place] = row
-        return np.concatenate(self._blocks), rows
+            rows[place] = row  # those of meshes count from the end
+        return np.concatenate(self._blocks), np.concatenate([rows[:, :objects], rows[:, ~instances]], axis=1)
 
 
 def read(key: tuple[str, str], placed: Placed) -> np.ndarray | None:
@@ -68,7 +71,7 @@ def read(key: tuple[str, str], placed: Placed) -> np.ndarray | None:
     return _READERS[kind](placed, name)
 
 
-def _depends_on_place(key: tuple[str, str]) -> bool:
+def depends_on_place(key: tuple[str, str]) -> bool:
     """Whether instances of one mesh have different values."""
     kind, name = key
     return kind == "OBJECT" and name != ""

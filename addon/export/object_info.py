@@ -1,10 +1,37 @@
 """What shaders read of a whole object: the Object Info node, and the object's axes."""
 
+from array import array
+from collections.abc import Iterable, Sequence
+
 import bpy
 import numpy as np
 
 _AXES = ("x_axis", "y_axis", "z_axis")
 _WORD = 2**32
+
+
+class ObjectInfo:
+    """The object attributes of a scene, growing object by object."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._values: dict[str, array] = {}  # three numbers for each object, up to the last that was asked
+
+    def add(self, names: Iterable[str], instance: bpy.types.DepsgraphObjectInstance) -> None:
+        """The next object; shaders that are read after it cannot be its own."""
+        for name in names:
+            values = self._values.setdefault(name, array("f"))
+            values.extend([0.0] * (3 * self._count - len(values)))
+            values.extend(object_attribute(name, instance))
+        self._count += 1
+
+    def table(self, names: Sequence[str]) -> np.ndarray:
+        """(B, O, 3) float32; 0 where an object was not asked."""
+        rows = np.zeros((len(names), self._count, 3), np.float32)
+        for row, name in zip(rows, names, strict=True):
+            values = np.array(self._values.get(name, ()), np.float32).reshape(-1, 3)
+            row[: len(values)] = values
+        return rows
 
 
 def object_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, float, float]:

@@ -16,7 +16,7 @@ from ..lights.emitters import sample_light
 from ..references import ref
 from ..sampling import F, add, dot, luminance, multiply, scale, store, stream, tangents, to_local, to_world, uniform2, vector
 from ..scene.camera import camera_ray
-from ..scene.geometry import FAR, U, V, closest, facing, hit_point, off_surface
+from ..scene.geometry import FAR, U, V, closest, facing, hit_point, object_hit, off_surface
 from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, TRANSLUCENT, TRANSMISSION
 from ..scene.terminator import shadow_ray
 from ..shading.evaluate import run
@@ -115,10 +115,10 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
 
         # --- surface: x, n -----------------------------------------------------------------------------------------------
         wo = scale(ray, F(-1))
-        n, ng, behind = facing(stage.surface, rays, triangle, ray)
-        x, error = hit_point(stage.surface, triangle, hit_u, hit_v), stage.surface.error[triangle]
+        shader, object_ = np.int64(stage.surface.material[triangle]), object_hit(stage.surface, rays, triangle)
+        n, ng, behind = facing(stage.surface, rays, triangle, object_, ray)
+        x, error = hit_point(stage.surface, triangle, object_, hit_u, hit_v)
         travelled += distance
-        shader, object_ = np.int64(stage.surface.material[triangle]), stage.surface.object[triangle]
         if stage.plain[shader]:
             lobes_count, emitted, passing = bsdf.scatter_plain(vector(stage.albedo, shader), n, lobes), ZERO, ZERO
         else:
@@ -204,7 +204,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
                         arriving = scale(arriving, F(1) / (pdf_light + pdf_wi * (F(1) - chance_straight)))
                     if shadow:
                         counts[0] += 1
-                        from_x, to_light, reach = shadow_ray(stage.surface, triangle, hit_u, hit_v, x, n, ng, wi, far_light)
+                        from_x, to_light, reach = shadow_ray(stage.surface, triangle, object_, hit_u, hit_v, x, error, n, ng, wi, far_light)
                         arriving = multiply(
                             arriving, passes_on(stage, limits.transparent - transparent, scratch, from_x, to_light, reach, scattered + 1)
                         )

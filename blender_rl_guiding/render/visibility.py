@@ -11,7 +11,7 @@ from ..lights.tree import crosses, inverse
 from ..lights.world import world_pdf, world_radiance
 from ..references import ref
 from ..sampling import F, add, luminance, multiply, scale
-from ..scene.geometry import FAR, U, V, closest, facing, hit_point, occluded, off_surface
+from ..scene.geometry import FAR, U, V, closest, facing, hit_point, object_hit, occluded, off_surface
 from ..scene.ray_kinds import SHADOW as SHADOW_RAY
 from ..shading.evaluate import run
 from ..shading.operands import make_point
@@ -94,14 +94,14 @@ def passes_on(stage, passages, scratch, origin, wi, reach, depth):
         if not stage.see_through[shader]:
             return ZERO
         step, u, v = rays.floats[FAR], rays.floats[U], rays.floats[V]
-        n, ng, behind = facing(stage.surface, rays, triangle, wi)
-        x, object_ = hit_point(stage.surface, triangle, u, v), stage.surface.object[triangle]
-        wo = scale(wi, F(-1))
+        object_, wo = object_hit(stage.surface, rays, triangle), scale(wi, F(-1))
+        n, ng, behind = facing(stage.surface, rays, triangle, object_, wi)
+        x, error = hit_point(stage.surface, triangle, object_, u, v)
         travelled += step
         point = ref(make_point(x, n, ng, wo, triangle, object_, u, v, behind, SHADOW_RAY, travelled, depth))
         run(stage.shading, shader, point, scratch.registers)
         share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
         if luminance(share) <= F(0):
             return ZERO
-        origin, reach = off_surface(x, scale(ng, F(-1)), stage.surface.error[triangle]), reach - step
+        origin, reach = off_surface(x, scale(ng, F(-1)), error), reach - step - error  # or the ray would reach beyond its end
     return ZERO

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value
+from . import instances
+from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value, emits
 
 TABLE_SIZE = 256
 _GRID = 64.0  # metres
@@ -37,7 +38,11 @@ ARRAYS: dict[str, tuple[type, tuple[int | None, ...]]] = {
     "attribute_rows": (np.int64, (None, None)),
     "object_attributes": (np.float32, (None, None, 3)),
     "tables": (np.float32, (None, TABLE_SIZE, 4)),
+    "meshes": (np.int32, (None,)),
+    "instances": (np.int32, (None,)),
+    "instance_to_world": (np.float32, (None, 3, 4)),
 }
+_OF_INSTANCES = "meshes", "instances", "instance_to_world"
 
 
 def _none(name: str) -> Any:
@@ -60,14 +65,18 @@ class Texture:
 
 @dataclass(frozen=True, eq=False)
 class SceneData:
-    """Everything that the renderer knows of a scene. Arrays are read-only."""
+    """Everything that the renderer knows of a scene. Arrays are read-only.
+
+    The first W triangles stand in world space; each belongs to one object. The others make up meshes, each in a space of its own, that
+    instances place in the world. The first P objects are made of the W triangles; object P + i is instance i.
+    """
 
     name: str
-    vertices: np.ndarray  # (V, 3) float32, world space
-    triangles: np.ndarray  # (T, 3) int32, indices of vertices; those of an object follow each other
+    vertices: np.ndarray  # (V, 3) float32; those in world space come first, and those of a mesh follow each other
+    triangles: np.ndarray  # (T, 3) int32, indices of vertices; those of an object or a mesh follow each other
     normals: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
-    material: np.ndarray  # (T,) int32, index of shaders
-    object: np.ndarray  # (T,) int32, index of the instance that a triangle belongs to; never falls
+    material: np.ndarray  # (T,) int32, index of shaders; those of meshes do not emit
+    object: np.ndarray  # (W,) int32, index of the object that a triangle belongs to; never falls
     shaders: tuple[Shader, ...]
     camera: Camera
     world: Shader = Shader("")
@@ -83,6 +92,9 @@ class SceneData:
     attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object does not have the attribute: it is 0 there
     object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, what is the same all over an object
     tables: np.ndarray = _none("tables")  # (R, 256, 4) float32, colour ramps and curves over 0..1
+    meshes: np.ndarray = _none("meshes")  # (M,) int32, first triangle of each mesh; W is the first of these
+    instances: np.ndarray = _none("instances")  # (I,) int32, index of meshes; never falls
+    instance_to_world: np.ndarray = _none("instance_to_world")  # (I, 3, 4) float32, from the mesh's space to the world's; invertible
     textures: tuple[Texture, ...] = ()
     coverage: tuple[Loss, ...] = ()
 
@@ -111,13 +123,13 @@ class SceneData:
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of the box around the scene, from its origin, (3,) float32 each."""
+        """Lowest and highest corner of a box around the scene, from its origin, (3,) float32 each."""
         low, high = self._box
         return low - self.origin, high - self.origin
 
     @cached_property
     def _box(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+        return instances.box(self)
 
     @cached_property
     def key(self) -> str:
@@ -127,7 +139,8 @@ class SceneData:
             del part["name"]
         shown = {k: v for k, v in header.items() if k not in ("name", "coverage")}
         digest = hashlib.sha256(json.dumps(shown, sort_keys=True).encode())
-        for array in (*(getattr(self, name) for name in ARRAYS), *(t.texels for t in self.textures)):
+        names = [name for name in ARRAYS if len(self.meshes) or name not in _OF_INSTANCES]
+        for array in (*(getattr(self, name) for name in names), *(t.texels for t in self.textures)):
             digest.update(repr(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data)
         return digest.hexdigest()
@@ -155,15 +168,20 @@ def find_fault(scene: SceneData) -> str:
         return "the scene is empty: no triangles"
     if triangles.min() < 0 or triangles.max() >= len(scene.vertices):
         return f"triangles point to vertices {triangles.min()}..{triangles.max()}, but there are {len(scene.vertices)}"
-    for name in ("material", "object", "normals"):
-        if len(getattr(scene, name)) != len(triangles):
-            return f"{len(triangles)} triangles, but {len(getattr(scene, name))} in {name}"
+    if fault := instances.find_bad_table(scene):
+        return fault
+    in_world = int(scene.meshes[0]) if len(scene.meshes) else len(triangles)
+    for name, count in (("material", len(triangles)), ("object", in_world), ("normals", len(triangles))):
+        if len(getattr(scene, name)) != count:
+            return f"{count} triangles, but {len(getattr(scene, name))} in {name}"
     if scene.material.min() < 0 or scene.material.max() >= shaders:
         return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {shaders}"
     return (
         _find_bad_object(scene)
         or _find_infinite(scene)
         or _find_flat(scene)
+        or instances.find_singular(scene)
+        or instances.find_shining(scene)
         or _find_bad_description(scene)
         or _find_bad_shader(scene)
         or _find_darkness(scene)
@@ -172,9 +190,10 @@ def find_fault(scene: SceneData) -> str:
 
 def _find_bad_object(scene: SceneData) -> str:
     objects = len(scene.visibility)
-    if scene.object.min() < 0 or scene.object.max() >= objects or (np.diff(scene.object) < 0).any():
-        return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {objects}, which must never fall"
-    counts = np.bincount(scene.object, minlength=objects)
+    placed = instances.placed(scene)
+    if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= placed or (np.diff(scene.object) < 0).any()):
+        return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {placed}, which must never fall"
+    counts = np.concatenate([np.bincount(scene.object, minlength=placed), instances.sizes(scene)[scene.instances]])
     rows = scene.attribute_rows
     if scene.object_attributes.shape[0] and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
@@ -265,14 +284,3 @@ def _find_darkness(scene: SceneData) -> str:
     if scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures):
         return ""
     return "the scene has no light: no lamp, no emitting surface, and the world is black"
-
-
-def emits(closure: Closure) -> bool:
-    """Whether a closure may emit."""
-    if closure.kind == "emission":
-        parts = (closure.weight, closure.inputs.get("color", 1.0), closure.inputs.get("strength", 1.0))
-    elif closure.kind == "principled":
-        parts = (closure.weight, closure.inputs.get("emission_color", 1.0), closure.inputs.get("emission_strength", 0.0))
-    else:
-        return False
-    return all(isinstance(part, Node) or np.any(part) for part in parts)

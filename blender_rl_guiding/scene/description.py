@@ -169,3 +169,14 @@ CLOSURES: dict[str, dict[str, Value | None]] = {
         "emission_color": (1.0, 1.0, 1.0), "emission_strength": 0.0, "multiscatter": 1.0,
     },
 }  # fmt: skip
+
+
+def emits(closure: Closure) -> bool:
+    """Whether a closure may emit."""
+    if closure.kind == "emission":
+        parts = (closure.weight, closure.inputs.get("color", 1.0), closure.inputs.get("strength", 1.0))
+    elif closure.kind == "principled":
+        parts = (closure.weight, closure.inputs.get("emission_color", 1.0), closure.inputs.get("emission_strength", 0.0))
+    else:
+        return False
+    return all(isinstance(part, Node) or any(part if isinstance(part, tuple) else (part,)) for part in parts)

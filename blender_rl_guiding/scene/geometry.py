@@ -1,54 +1,26 @@
 """Triangles: rays against them by Embree, called from inside the kernels, and the surface at a hit.
 
-embreex offers batches of rays only and no masks, so its Embree 4 is called directly; see docs/decisions/0006.
+See `embree` for what is called, and docs/decisions/0006, 0012 and 0013 for why.
 """
 
-import ctypes
 import math
 import weakref
 from typing import NamedTuple
 
-import embreex.rtcore_scene
-import llvmlite.binding
 import numpy as np
-from numba import types
 
-from ..kernels import kernel, part
+from ..kernels import kernel, part, unlikely
 from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
+from . import embree
 from .data import SceneData
+from .instances import placed, runs, sizes, world_vertices
+from .placing import normal_to_world, placing_error, point_to_world
 from .ray_kinds import MESHES, seen_by
 
-_TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
-_BUILD_QUALITY_HIGH = 2
 RAY_WORDS = 24  # of 4 bytes, of an RTCRayHit with its padding
 # Where its members are: the ray's origin and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,
-# geometry, instance.
-NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19
-
-_pointer, _size = ctypes.c_void_p, ctypes.c_size_t
-_library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # finds the symbols of the Embree that it is linked to, too
-_SIGNATURES = {
-    "rtcNewDevice": (_pointer, (ctypes.c_char_p,)),
-    "rtcGetDeviceError": (ctypes.c_int, (_pointer,)),
-    "rtcReleaseDevice": (None, (_pointer,)),
-    "rtcNewScene": (_pointer, (_pointer,)),
-    "rtcSetSceneBuildQuality": (None, (_pointer, ctypes.c_int)),
-    "rtcCommitScene": (None, (_pointer,)),
-    "rtcReleaseScene": (None, (_pointer,)),
-    "rtcNewGeometry": (_pointer, (_pointer, ctypes.c_int)),
-    "rtcSetSharedGeometryBuffer": (None, (_pointer, ctypes.c_int, ctypes.c_uint, ctypes.c_int, _pointer, _size, _size, _size)),
-    "rtcSetGeometryMask": (None, (_pointer, ctypes.c_uint)),
-    "rtcCommitGeometry": (None, (_pointer,)),
-    "rtcAttachGeometry": (ctypes.c_uint, (_pointer, _pointer)),
-    "rtcReleaseGeometry": (None, (_pointer,)),
-}
-for _name, (_result, _arguments) in _SIGNATURES.items():
-    getattr(_library, _name).restype, getattr(_library, _name).argtypes = _result, _arguments
-for _name in ("rtcIntersect1", "rtcOccluded1"):
-    llvmlite.binding.add_symbol(_name, ctypes.cast(getattr(_library, _name), _pointer).value)
-_query = types.void(types.intp, types.intp, types.intp)
-_intersect = types.ExternalFunction("rtcIntersect1", _query)
-_occluded = types.ExternalFunction("rtcOccluded1", _query)
+# geometry, array of instances, place in it.
+NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCES, PLACE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19, 20
 
 
 class Rays(NamedTuple):
@@ -63,13 +35,16 @@ class Surface(NamedTuple):
 
     embree: int  # address of the RTCScene
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
-    vertices: np.ndarray  # (V, 3) float32, from the scene's origin
+    first_object: np.ndarray  # (G,) int32, object of the first instance of each of them that is an array of instances
+    placed: int  # the objects from here on are instances
+    to_world: np.ndarray  # (I, 3, 4) float32, of these, from the space of the mesh to positions from the scene's origin
+    vertices: np.ndarray  # (V, 3) float32, from the scene's origin; those of meshes in their own space
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
     error: np.ndarray  # (T,) float32, by how much rays start off the triangle: a bound on the rounding of its points
     material: np.ndarray  # (T,) int32
-    object: np.ndarray  # (T,) int32
+    object: np.ndarray  # (W,) int32, of the triangles in world space
 
 
 class Geometry:
@@ -79,40 +54,64 @@ class Geometry:
         self._scene = scene  # Embree reads its triangles where they are
         self._numbers = np.zeros(scene.vertices.size + 1, F)  # Embree reads 16 bytes of the last vertex, too
         vertices = self._numbers[:-1].reshape(-1, 3)
-        np.subtract(scene.vertices, scene.origin, out=vertices)
+        vertices[:] = scene.vertices
+        vertices[: world_vertices(scene)] -= scene.origin
         vertices.setflags(write=False)
-        device = _library.rtcNewDevice(None)
-        handle = _library.rtcNewScene(device)
-        weakref.finalize(self, _release, handle, device)
-        first = self._attach(device, handle)
-        _library.rtcSetSceneBuildQuality(handle, _BUILD_QUALITY_HIGH)
-        _library.rtcCommitScene(handle)
-        if error := _library.rtcGetDeviceError(device):
-            raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles: error {error}")
-        smooth, error = np.empty(len(scene.triangles), bool), np.empty(len(scene.triangles), F)
-        measure(vertices, scene.triangles, scene.normals, smooth, error)
-        self.surface = Surface(handle, first, vertices, scene.triangles, scene.normals, smooth, error, scene.material, scene.object)
+        self._to_world = scene.instance_to_world.copy()
+        self._to_world[:, :, 3] -= scene.origin
+        self._to_world.setflags(write=False)
+        device, handle = embree.new_device_and_scene()
+        weakref.finalize(self, embree.release, handle, device)
+        first = self._attach_triangles(device, handle)
+        meshes, first_object = self._attach_instances(device, handle)
+        embree.commit(handle)
+        if error := embree.failure(device):
+            raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles and {len(scene.instances)} instances: error {error}")
+        smooth, rounding = np.empty(len(scene.triangles), bool), np.empty(len(scene.triangles), F)
+        measure(vertices, scene.triangles, scene.normals, smooth, rounding)
+        self.surface = Surface(
+            handle,
+            np.array(first + meshes, np.int32),
+            np.array([0] * len(first) + first_object, np.int32),
+            placed(scene),
+            self._to_world,
+            vertices,
+            scene.triangles,
+            scene.normals,
+            smooth,
+            rounding,
+            scene.material,
+            scene.object,
+        )
 
-    def _attach(self, device: int, handle: int) -> np.ndarray:
+    def _attach_triangles(self, device: int, handle: int) -> list[int]:
         """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""
-        scene = self._scene
-        seen = seen_by(scene.visibility, MESHES)[scene.object]
-        starts = np.flatnonzero(np.diff(seen, prepend=-1)).astype(np.int32)
-        for start, end in zip(starts, [*starts[1:], len(seen)], strict=True):
-            geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
-            corners, count = scene.triangles[start:end].ctypes.data, int(end - start)
-            _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners, 0, 12, count)
-            _library.rtcSetSharedGeometryBuffer(geometry, _VERTEX_BUFFER, 0, _FLOAT3, self._numbers.ctypes.data, 0, 12, len(scene.vertices))
-            _library.rtcSetGeometryMask(geometry, int(seen[start]))
-            _library.rtcCommitGeometry(geometry)
-            _library.rtcAttachGeometry(handle, geometry)
-            _library.rtcReleaseGeometry(geometry)
-        return starts
+        seen = seen_by(self._scene.visibility, MESHES)[self._scene.object]
+        found = list(runs(seen))
+        for start, end in found:
+            embree.attach(handle, self._triangles(device, start, end), int(seen[start]))
+        return [start for start, _ in found]
 
+    def _attach_instances(self, device: int, handle: int) -> tuple[list[int], list[int]]:
+        """One geometry for each run of instances of a mesh that the same kinds of rays see.
 
-def _release(scene: int, device: int) -> None:
-    _library.rtcReleaseScene(scene)
-    _library.rtcReleaseDevice(device)
+        Returns the first triangles of their meshes, and the objects of their first instances.
+        """
+        scene, objects = self._scene, placed(self._scene)
+        seen = seen_by(scene.visibility, MESHES)[objects:]
+        found = list(runs(scene.instances.astype(np.int64) << 32 | seen))
+        ends, meshes = scene.meshes + sizes(scene), {}
+        for start, end in found:
+            mesh = int(scene.instances[start])
+            if mesh not in meshes:
+                meshes[mesh] = embree.scene_of(device, self._triangles(device, int(scene.meshes[mesh]), int(ends[mesh])))
+            embree.attach(handle, embree.instances(device, meshes[mesh], self._to_world[start:end]), int(seen[start]))
+        for mesh in meshes.values():
+            embree.let_go(mesh)
+        return [int(scene.meshes[scene.instances[start]]) for start, _ in found], [objects + start for start, _ in found]
+
+    def _triangles(self, device: int, start: int, end: int) -> int:
+        return embree.triangles(device, self._scene.triangles[start:end], self._numbers)
 
 
 @kernel
@@ -180,27 +179,37 @@ def _prepare(rays, origin, direction, near, far, kind):
 def closest(surface, rays, origin, direction, near, far, kind):
     """The first triangle along a ray that is visible to this kind of rays: its index or -1.
 
-    `rays` then has distance (FAR), barycentrics (U, V), and the triangle's normal by winding, not unit (NORMAL).
+    `rays` then has distance (FAR), barycentrics (U, V), and the triangle's normal by winding, not unit, in its own space (NORMAL).
     """
     _prepare(rays, origin, direction, near, far, kind)
     rays.words[GEOMETRY] = -1
-    rays.words[INSTANCE] = -1
-    _intersect(surface.embree, rays.floats.ctypes.data, 0)
-    geometry = rays.words[GEOMETRY]
+    rays.words[INSTANCES] = -1
+    embree.intersect(surface.embree, rays.floats.ctypes.data, 0)
+    geometry = max(rays.words[GEOMETRY], rays.words[INSTANCES])  # a mesh of instances is the only geometry of its scene: number 0
     return surface.first[geometry] + rays.words[TRIANGLE] if geometry >= 0 else np.int32(-1)
+
+
+@part
+def object_hit(surface, rays, triangle):
+    """The object that the hit in `rays`, on this triangle, belongs to."""
+    instances = rays.words[INSTANCES]
+    return surface.object[triangle] if instances < 0 else np.int32(surface.first_object[instances] + rays.words[PLACE])
 
 
 @part
 def occluded(surface, rays, origin, direction, far, kind):
     """Whether anything visible to this kind of rays stands within `far`."""
     _prepare(rays, origin, direction, F(0), far, kind)
-    _occluded(surface.embree, rays.floats.ctypes.data, 0)
+    embree.occluded(surface.embree, rays.floats.ctypes.data, 0)
     return rays.floats[FAR] < F(0)
 
 
 @part
 def shading_normal(surface, triangle, u, v, face_normal):
-    """The interpolated unit normal at barycentrics u, v; the face's own where it is flat, and where the corners' normals cancel."""
+    """The interpolated unit normal at barycentrics u, v; the face's own where it is flat, and where the corners' normals cancel.
+
+    All of them are in the space of the triangle.
+    """
     if not surface.smooth[triangle]:
         return face_normal
     n = surface.normal[triangle]
@@ -210,21 +219,49 @@ def shading_normal(surface, triangle, u, v, face_normal):
 
 
 @part
-def facing(surface, rays, triangle, ray):
+def facing(surface, rays, triangle, object_, ray):
     """Unit shading and geometric normal of the hit in `rays`, on the side that the ray comes from; and whether that is behind."""
     ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
     n = shading_normal(surface, triangle, rays.floats[U], rays.floats[V], ng)
+    if unlikely(object_ >= surface.placed):
+        i = object_ - surface.placed
+        n, ng = normal_to_world(surface.to_world, i, n), normal_to_world(surface.to_world, i, ng)
     if dot(ng, ray) <= F(0):
         return n, ng, False
     return scale(n, F(-1)), scale(ng, F(-1)), True
 
 
 @part
-def hit_point(surface, triangle, u, v):
-    """The point of a triangle at barycentrics u, v. The distance along the ray would give one the less exact the further away it is."""
-    corners = surface.triangles[triangle]
-    a, b, c = vector(surface.vertices, corners[0]), vector(surface.vertices, corners[1]), vector(surface.vertices, corners[2])
-    return add(a, add(scale(subtract(b, a), u), scale(subtract(c, a), v)))
+def corners_of(surface, triangle, object_):
+    """The corners of a triangle of an object, and the shading normals there, from the scene's origin."""
+    (a, b, c), normals = _own_corners(surface, triangle), surface.normal[triangle]
+    n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
+    if unlikely(object_ >= surface.placed):
+        i, m = object_ - surface.placed, surface.to_world
+        a, b, c = point_to_world(m, i, a), point_to_world(m, i, b), point_to_world(m, i, c)
+        n_a, n_b, n_c = normal_to_world(m, i, n_a), normal_to_world(m, i, n_b), normal_to_world(m, i, n_c)
+    return a, b, c, n_a, n_b, n_c
+
+
+@part
+def _own_corners(surface, triangle):
+    """The corners of a triangle in its own space."""
+    p = surface.triangles[triangle]
+    return vector(surface.vertices, p[0]), vector(surface.vertices, p[1]), vector(surface.vertices, p[2])
+
+
+@part
+def hit_point(surface, triangle, object_, u, v):
+    """The point of a triangle at barycentrics u, v, and by how much rays have to start off it: a bound on its rounding.
+
+    The distance along the ray would give a point that is the less exact the further it is away.
+    """
+    a, b, c = _own_corners(surface, triangle)
+    x, error = add(a, add(scale(subtract(b, a), u), scale(subtract(c, a), v))), surface.error[triangle]
+    if unlikely(object_ >= surface.placed):
+        i, m = object_ - surface.placed, surface.to_world
+        return point_to_world(m, i, x), placing_error(m, i, x, error)
+    return x, error
 
 
 @part

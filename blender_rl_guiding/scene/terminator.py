@@ -7,27 +7,27 @@ the triangles in steps: such a ray therefore starts on the curved surface. The r
 import math
 
 from ..kernels import part
-from ..sampling import F, add, dot, normalize, scale, subtract, vector
-from .geometry import off_surface
+from ..sampling import F, add, dot, normalize, scale, subtract
+from .geometry import corners_of, off_surface
 
 GRAZING = F(0.1)  # cosine below which rays start further up
 
 
 @part
-def shadow_ray(surface, triangle, u, v, x, n, ng, wi, distance):
+def shadow_ray(surface, triangle, object_, u, v, x, error, n, ng, wi, distance):
     """A ray to what lies at `distance` along wi from just above x: its origin, unit direction and distance.
 
-    x is at barycentrics u, v of a triangle; `n` and `ng` are on its upper side.
+    x is at barycentrics u, v of a triangle of an object, as `hit_point` gives it with its error; `n` and `ng` are on its upper side.
     """
-    above = off_surface(x, ng, surface.error[triangle])
+    above = off_surface(x, ng, error)
     upwards = dot(n, wi) > F(0)
     outside, cosine = (ng, dot(n, wi)) if upwards else (scale(ng, F(-1)), -dot(n, wi))
     amount = share(cosine, dot(outside, wi)) if surface.smooth[triangle] else F(0)
     if upwards and amount == F(0):
         return above, wi, distance
-    lifted = off_surface(x, outside, surface.error[triangle])
+    lifted = off_surface(x, outside, error)
     if amount > F(0):
-        lifted = add(lifted, scale(bulge(surface, triangle, u, v, outside), amount))
+        lifted = add(lifted, scale(bulge(surface, triangle, object_, u, v, outside), amount))
     if distance > F(1e30):
         return lifted, wi, distance
     to_end = subtract(add(above, scale(wi, distance)), lifted)
@@ -42,12 +42,9 @@ def share(cosine, geometric):
 
 
 @part
-def bulge(surface, triangle, u, v, outside):
+def bulge(surface, triangle, object_, u, v, outside):
     """From a point of a triangle to the curved surface that its normals mean, where that lies outside of it."""
-    corners = surface.triangles[triangle]
-    a, b, c = vector(surface.vertices, corners[0]), vector(surface.vertices, corners[1]), vector(surface.vertices, corners[2])
-    normals = surface.normal[triangle]
-    n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
+    a, b, c, n_a, n_b, n_c = corners_of(surface, triangle, object_)
     w = F(1) - u - v
     between = add(add(scale(n_a, w), scale(n_b, u)), scale(n_c, v))
     if dot(between, outside) < F(0):

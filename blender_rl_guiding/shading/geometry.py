@@ -2,9 +2,10 @@
 
 import math
 
-from ..kernels import part
+from ..kernels import part, unlikely
 from ..sampling import F, add, dot, scale, subtract, tangents
 from ..scene.ops import Light, Weight
+from ..scene.placing import step_to_mesh
 from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSLUCENT, TRANSMISSION
 from .arithmetic import lerp, saturate
 from .operands import NONE, Point
@@ -174,13 +175,16 @@ def bump_step(point):
 @part
 def moved(shading, point, positions, d):
     """The point moved by d along its triangle, beyond its edge if need be; `positions` is the attribute that holds the corners."""
+    x = add(point.x, d)
+    instance = point.object - (shading.attribute_rows.shape[1] - shading.to_world.shape[0])
+    if unlikely(instance >= 0):
+        d = step_to_mesh(shading.to_world, instance, d)
     corners = shading.attributes[shading.attribute_rows[positions, point.object] + point.triangle]
     a = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
     b = corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1], corners[2, 2] - corners[0, 2]
     n = cross(a, b)
     area = dot(n, n)
     u, v = point.u + dot(cross(d, b), n) / area, point.v + dot(cross(a, d), n) / area
-    x = add(point.x, d)
     return Point(
         x, point.n, point.ng, point.wo, point.triangle, point.object, u, v, point.backfacing, point.ray, point.distance, point.depth
     )

@@ -34,6 +34,7 @@ class Shading(NamedTuple):
     attributes: np.ndarray  # (N, 3, 3) float32, see SceneData
     attribute_rows: np.ndarray  # (A, O) int64: first row minus the object's first triangle; NONE where an object lacks it
     object_attributes: np.ndarray  # (B, O, 3) float32
+    to_world: np.ndarray  # (I, 3, 4) float32, of the last I objects, whose positions are in the space of a mesh
     origin: np.ndarray  # (3,) float32, of points in world space
 
 

@@ -11,6 +11,7 @@ from ..references import ref
 from ..sampling import F
 from ..scene.data import SceneData, Texture
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
+from ..scene.instances import first_triangles
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
 from .evaluate import Code, run
 from .operands import CODE_REGISTERS, KINDS, NONE, Point, Shading
@@ -166,7 +167,7 @@ def _padded(numbers: list[int], length: int) -> list[int]:
 def _assets(scene: SceneData, bumps: bool) -> Shading:
     """All that the code of the scene's shaders refers to, without the code. For bumps, the last attribute is the position."""
     objects = len(scene.visibility)
-    rows = np.where(scene.attribute_rows < 0, NONE, scene.attribute_rows - np.searchsorted(scene.object, np.arange(objects)))
+    rows = np.where(scene.attribute_rows < 0, NONE, scene.attribute_rows - first_triangles(scene))
     attributes = scene.attributes
     if bumps:
         rows = np.concatenate([rows.reshape(-1, objects), np.full((1, objects), len(attributes))])
@@ -185,6 +186,7 @@ def _assets(scene: SceneData, bumps: bool) -> Shading:
         attributes=attributes,
         attribute_rows=rows.astype(np.int64),
         object_attributes=scene.object_attributes,
+        to_world=scene.instance_to_world,
         origin=scene.origin,
     )
 

@@ -89,3 +89,8 @@ def test_image(name: str, oracle: Path):
 @pytest.mark.parametrize("name", BLIND)
 def test_image_without_next_event_estimation(name: str, oracle: Path):
     compare(oracle, CASES[name], nee=False)
+
+
+@pytest.mark.parametrize("name", ["many_instances"])
+def test_meshes_are_kept_once_in(name: str, oracle: Path):
+    assert len(read_oracle(oracle, name)[1].instances)

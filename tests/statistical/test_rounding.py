@@ -10,12 +10,13 @@ from scipy.spatial.transform import Rotation
 from blender_rl_guiding.kernels import kernel, part
 from blender_rl_guiding.references import ref
 from blender_rl_guiding.render import render
-from blender_rl_guiding.sampling import F, circle, pick, scale, stream, tangents, to_world, uniform2, uniform_triangle, vector
+from blender_rl_guiding.sampling import F, circle, pick, scale, stream, tangents, to_world, uniform2, uniform_triangle
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import IDENTITY, Closure, Lamp, Matrix, Shader
-from blender_rl_guiding.scene.geometry import Geometry, closest, hit_point, off_surface, rays
+from blender_rl_guiding.scene.geometry import Geometry, closest, corners_of, hit_point, off_surface, rays
 from blender_rl_guiding.settings import Render
 from tests import scenes
+from tests.instancing import with_instances
 
 WHITE = scenes.material("white", (1.0, 1.0, 1.0))
 ANY = 1  # kind of rays
@@ -34,17 +35,17 @@ def grazing(n, u, v):
 
 
 @kernel
-def leave(surface, memory, share, count, found):
+def leave(surface, memory, first, object_, share, count, found):
     """From points of a closed convex shell: count rays that go out and meet it again, and those that go in and meet nothing.
 
-    `share`: (1, T), the triangles' cumulative shares of the area.
+    `first` is the first triangle of this object, `share`: (1, T), the triangles' cumulative shares of the area.
     """
     surface, memory = ref(surface), ref(memory)
     for i in range(count):
         key = stream(1, i, 0)
-        triangle = pick(share, 0, share.shape[1], uniform2(key, 0)[0])
-        x, error = hit_point(surface, triangle, *uniform_triangle(*uniform2(key, 1))), surface.error[triangle]
-        out = vector(surface.normal[triangle], 0)
+        triangle = first + pick(share, 0, share.shape[1], uniform2(key, 0)[0])
+        x, error = hit_point(surface, triangle, object_, *uniform_triangle(*uniform2(key, 1)))
+        out = corners_of(surface, triangle, object_)[3]
         into = scale(out, F(-1))
         again = closest(surface, memory, off_surface(x, out, error), grazing(out, *uniform2(key, 2)), F(0), F(np.inf), ANY)
         inner = closest(surface, memory, off_surface(x, into, error), grazing(into, *uniform2(key, 3)), F(0), F(np.inf), ANY)
@@ -73,10 +74,13 @@ def pebble(rng: np.random.Generator) -> np.ndarray:
     return turned(rng.normal(size=(12, 3)), rng)
 
 
+def cube(rng: np.random.Generator) -> np.ndarray:
+    return np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, 8).T
+
+
 def slab(rng: np.random.Generator) -> np.ndarray:
     """Of 1 m, and 0.05 mm thick."""
-    corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, 8).T
-    return turned(corners * (1, 1, 5e-5), rng)
+    return turned(cube(rng) * (1, 1, 5e-5), rng)
 
 
 def areas(scene: SceneData) -> np.ndarray:
@@ -99,7 +103,29 @@ def test_rays_leave_and_stay_inside(kind, size, away):
     for _ in range(SHELLS):
         scene = shell(kind(rng) * size + turned(np.array([(away, 0.0, 0.0)]), rng))
         geometry = Geometry(scene)
-        leave(geometry.surface, memory, areas(scene), RAYS, found)
+        leave(geometry.surface, memory, np.int64(0), np.int64(0), areas(scene), RAYS, found)
+    assert (found <= RARE * SHELLS * RAYS).all(), found / (SHELLS * RAYS)
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "beside", "scale", "away"),
+    [
+        (pebble, 1, 0, (1, 1, 1), 0), (pebble, 1, 0, (0.01, 0.01, 0.01), 3), (pebble, 100, 1000, (0.01, 0.02, 0.01), 30),
+        (pebble, 1, 0, (-2, 0.3, 5), 1e5), (cube, 1, 0, (0.01, 1, 1), 10), (cube, 1, 0, (1, 1, 1e-3), 3),
+    ],
+)  # fmt: skip
+def test_rays_leave_and_stay_inside_instances(kind, size, beside, scale, away):
+    """As above, of meshes that lie `beside` their own origin and are scaled and turned to where they are."""
+    rng, memory, found = np.random.default_rng(4), rays(), np.zeros(2, np.int64)
+    for _ in range(SHELLS):
+        mesh = shell(kind(rng) * size + turned(np.array([(beside, 0.0, 0.0)]), rng))
+        placing = Rotation.random(random_state=rng.integers(2**31)).as_matrix() @ np.diag(scale)
+        shift = turned(np.array([(away, 0.0, 0.0)]), rng)[0] - placing @ mesh.vertices[0]
+        floor = moved(scenes.lit_quad(mesh.camera), shift + placing @ mesh.vertices[0] - 1000)
+        scene = with_instances(floor, mesh, [np.column_stack([placing, shift])])
+        scene = replace(scene, camera=replace(scene.camera, to_world=placed(IDENTITY, shift + placing @ mesh.vertices[0])))
+        geometry = Geometry(scene)
+        leave(geometry.surface, memory, np.int64(scene.meshes[0]), np.int64(1), areas(mesh), RAYS, found)
     assert (found <= RARE * SHELLS * RAYS).all(), found / (SHELLS * RAYS)
 
 

@@ -69,6 +69,20 @@ def instances_on_vertices(s: Stage) -> None:
 
 
 @case()
+def many_instances(s: Stage) -> None:
+    """More triangles than are copied: instances, turned with the faces that they stand on, stretched, mirrored and smooth."""
+    lit(s)
+    ground = s.ball(
+        None, at=(0.0, 0.0, 1.3), segments=16, instance_type="FACES", show_instancer_for_render=False, use_instance_faces_scale=True
+    )
+    material, nodes = s.nodes()
+    noise = nodes.add("TexNoise", {"Vector": (nodes.add("TexCoord"), "Generated"), "Scale": 3.0})
+    colour = nodes.add("MixRGB", {"Fac": (nodes.add("ObjectInfo"), "Random"), "Color1": noise, "Color2": (0.2, 0.4, 0.8)})
+    nodes.surface(nodes.add("BsdfDiffuse", {"Color": colour}))
+    s.ball(material, at=(0.0, 0.0, 0.0), segments=128, scale=(1.2, 0.7, -0.5), parent=ground)
+
+
+@case()
 def text(s: Stage) -> None:
     lit(s)
     data = s.data.curves.new("Text", "FONT")

@@ -1,0 +1,105 @@
+"""Embree 4, by its C interface: what holds the triangles, and the addresses by which kernels cast rays.
+
+embreex, which brings it, offers batches of rays only, no masks and no instances: see docs/decisions/0006 and 0013.
+"""
+
+import ctypes
+
+import embreex.rtcore_scene
+import llvmlite.binding
+import numpy as np
+from numba import types
+
+_TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
+_INSTANCE_ARRAY, _TRANSFORM_BUFFER, _FLOAT3X4_ROW_MAJOR = 122, 23, 0x9134
+_BUILD_QUALITY_HIGH = 2
+_EVERY_RAY = 0xFFFFFFFF
+
+_pointer, _size = ctypes.c_void_p, ctypes.c_size_t
+_library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # finds the symbols of the Embree that it is linked to, too
+_SIGNATURES = {
+    "rtcNewDevice": (_pointer, (ctypes.c_char_p,)),
+    "rtcGetDeviceError": (ctypes.c_int, (_pointer,)),
+    "rtcReleaseDevice": (None, (_pointer,)),
+    "rtcNewScene": (_pointer, (_pointer,)),
+    "rtcSetSceneBuildQuality": (None, (_pointer, ctypes.c_int)),
+    "rtcCommitScene": (None, (_pointer,)),
+    "rtcReleaseScene": (None, (_pointer,)),
+    "rtcNewGeometry": (_pointer, (_pointer, ctypes.c_int)),
+    "rtcSetSharedGeometryBuffer": (None, (_pointer, ctypes.c_int, ctypes.c_uint, ctypes.c_int, _pointer, _size, _size, _size)),
+    "rtcSetGeometryInstancedScene": (None, (_pointer, _pointer)),
+    "rtcSetGeometryMask": (None, (_pointer, ctypes.c_uint)),
+    "rtcCommitGeometry": (None, (_pointer,)),
+    "rtcAttachGeometry": (ctypes.c_uint, (_pointer, _pointer)),
+    "rtcReleaseGeometry": (None, (_pointer,)),
+}
+for _name, (_result, _arguments) in _SIGNATURES.items():
+    getattr(_library, _name).restype, getattr(_library, _name).argtypes = _result, _arguments
+for _name in ("rtcIntersect1", "rtcOccluded1"):
+    llvmlite.binding.add_symbol(_name, ctypes.cast(getattr(_library, _name), _pointer).value)
+_query = types.void(types.intp, types.intp, types.intp)
+intersect = types.ExternalFunction("rtcIntersect1", _query)
+occluded = types.ExternalFunction("rtcOccluded1", _query)
+
+
+def new_device_and_scene() -> tuple[int, int]:
+    """A device, and an empty RTCScene of it."""
+    device = _library.rtcNewDevice(None)
+    return device, _library.rtcNewScene(device)
+
+
+def release(scene: int, device: int) -> None:
+    """Free both."""
+    _library.rtcReleaseScene(scene)
+    _library.rtcReleaseDevice(device)
+
+
+def triangles(device: int, corners: np.ndarray, numbers: np.ndarray) -> int:
+    """A geometry of triangles (T, 3), indices of the vertices whose `numbers` lie one after another, with one more after the last.
+
+    Embree reads both where they are, and 16 bytes of the last vertex, too.
+    """
+    geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
+    _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners.ctypes.data, 0, 12, len(corners))
+    _library.rtcSetSharedGeometryBuffer(geometry, _VERTEX_BUFFER, 0, _FLOAT3, numbers.ctypes.data, 0, 12, len(numbers) // 3)
+    return geometry
+
+
+def instances(device: int, mesh: int, matrices: np.ndarray) -> int:
+    """A geometry that shows the RTCScene `mesh` once for each of the matrices (I, 3, 4) float32, which Embree reads where they are."""
+    geometry = _library.rtcNewGeometry(device, _INSTANCE_ARRAY)
+    _library.rtcSetGeometryInstancedScene(geometry, mesh)
+    _library.rtcSetSharedGeometryBuffer(geometry, _TRANSFORM_BUFFER, 0, _FLOAT3X4_ROW_MAJOR, matrices.ctypes.data, 0, 48, len(matrices))
+    return geometry
+
+
+def scene_of(device: int, geometry: int) -> int:
+    """An RTCScene of one geometry, ready; its instances say who sees it."""
+    scene = _library.rtcNewScene(device)
+    attach(scene, geometry, _EVERY_RAY)
+    commit(scene)
+    return scene
+
+
+def attach(scene: int, geometry: int, seen: int) -> None:
+    """Give a geometry to a scene, for rays of these kinds."""
+    _library.rtcSetGeometryMask(geometry, seen)
+    _library.rtcCommitGeometry(geometry)
+    _library.rtcAttachGeometry(scene, geometry)
+    _library.rtcReleaseGeometry(geometry)
+
+
+def commit(scene: int) -> None:
+    """Make a scene ready for rays."""
+    _library.rtcSetSceneBuildQuality(scene, _BUILD_QUALITY_HIGH)
+    _library.rtcCommitScene(scene)
+
+
+def failure(device: int) -> int:
+    """The number of the first error since the last question, or 0."""
+    return _library.rtcGetDeviceError(device)
+
+
+def let_go(scene: int) -> None:
+    """Leave a scene to the instances of it."""
+    _library.rtcReleaseScene(scene)
