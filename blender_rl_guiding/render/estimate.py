@@ -8,9 +8,9 @@ def left(state: Result, settings: Render) -> float:
     """Seconds that remain: tracing and learning, each by what it took so far; no more than the time limit leaves."""
     samples = state.film.samples
     tracing = (state.seconds - state.learn_seconds) / samples * (settings.spp - samples)
-    done, total = _learning(state, settings)
-    learning = state.learn_seconds / done * max(0, total - done) if done else 0.0
-    return min(tracing + learning, max(0.0, settings.seconds - state.seconds)) if settings.seconds else tracing + learning
+    done, to_do = _learning(state, settings)
+    seconds = tracing + (state.learn_seconds / done * to_do if done else 0.0)
+    return min(seconds, max(0.0, settings.seconds - state.seconds)) if settings.seconds else seconds
 
 
 def share(state: Result, settings: Render) -> float:
@@ -19,8 +19,8 @@ def share(state: Result, settings: Render) -> float:
 
 
 def _learning(state: Result, settings: Render) -> tuple[int, int]:
-    """How much is learnt and how much there will be: steps of training, or samples to learn from. Nothing follows the last sample."""
-    guide = settings.guide
-    if isinstance(guide, DQN):
-        return state.steps, min(guide.first_steps + max(0, settings.spp - 2) * guide.steps, guide.max_steps)
-    return min(state.film.samples, settings.spp - 1), settings.spp - 1
+    """How much is learnt, and how much is to come: steps of training, or passes of a sample. Nothing is learnt from the last pass."""
+    guide, done, passes = settings.guide, state.film.samples, max(0, settings.spp - 1 - state.film.samples)
+    if not isinstance(guide, DQN):
+        return done, passes
+    return state.steps, min(max(0, guide.first_steps - state.steps) + passes * guide.steps, guide.max_steps - state.steps)
