@@ -17,6 +17,7 @@ def opened(blend: Path, view: View) -> bpy.types.Scene:
         reason = " ".join(str(error).split()).rpartition(": ")[2]
         raise InputError(f"Blender cannot open {blend}, it may be damaged: {reason}") from error
     scene = _scene(blend, view.scene) if view.scene else bpy.context.scene
+    bpy.context.window.scene = scene  # a render of another takes its objects as they are at this one's frame
     if view.frame is not None:
         scene.frame_set(view.frame)  # which lets a marker switch the camera, too
     _set_size(scene.render, view)

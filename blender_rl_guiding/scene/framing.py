@@ -14,11 +14,12 @@ OUTSIDE = np.array((0.5, -0.87, 0.45)) / np.linalg.norm((0.5, -0.87, 0.45))
 MARGIN = 1.08  # how much farther away the camera is than it would have to be
 BACKDROP = 4.0  # a ground or a sky is that many times as large as what it is behind, at least
 FLAT = 0.25  # thickness of a ground, at most, as a share of its longest side
-ENCLOSED, HIDDEN = 0.7, 0.5  # shares of directions that are blocked, and of objects that are not seen from outside, in a room
+ENCLOSED, HIDDEN = 0.6, 0.5  # shares of directions that are blocked, and of objects that are not seen from outside, in a room
 WIDE = 50 / 24  # how much wider the lens is in a room
 STEP_BACK = 0.9  # where the camera stands in a room, as a share of the way to its wall
 OCCLUDERS = 50_000  # triangles that sight is tested against: the largest
 TESTED = 64  # objects that are looked for, at most
+_PLACES = (0.0, 0.0), (-0.3, -0.3), (-0.3, 0.3), (0.3, -0.3), (0.3, 0.3)  # from where walls are looked for, in shares of the sides
 
 
 class Objects(NamedTuple):
@@ -139,17 +140,16 @@ def _corners(boxes: np.ndarray) -> np.ndarray:
 
 
 def _is_room(shown: Objects, outside: np.ndarray, corners: np.ndarray, owners: np.ndarray) -> bool:
-    """Whether its middle is walled in, and whoever looks from outside does not see most of what is there."""
-    middle = np.mean(shown.bounds, axis=0)
-    directions = np.stack([_turned(turn, height) for height in (-0.6, -0.2, 0.2, 0.6) for turn in range(8)])
-    if len(shown.boxes) < 2 or np.isfinite(_sight(middle, directions, corners)).mean() < ENCLOSED:
+    """Whether it is walled in all over, and whoever looks from outside does not see most of what is there."""
+    low, high = shown.bounds
+    places = [(low + high) / 2 + (x * (high - low)[0], y * (high - low)[1], 0) for x, y in _PLACES]
+    directions = np.stack([_turned(turn, height) for height in (-0.6, -0.2, 0.2, 0.6) for turn in range(0, 16, 2)])
+    if np.isfinite([_sight(place, directions, corners) for place in places]).mean() < ENCLOSED:
         return False
     tested = np.linspace(0, len(shown.boxes) - 1, min(len(shown.boxes), TESTED)).astype(int)
-    towards = shown.boxes[tested].mean(axis=1) - outside
-    hidden = [
-        (_sight(outside, way[None], corners[owners != name]) < 0.98)[0] for way, name in zip(towards, shown.names[tested], strict=True)
-    ]
-    return bool(np.average(hidden, weights=shown.sizes[tested]) > HIDDEN)
+    ways = shown.boxes[tested].mean(axis=1) - outside
+    hidden = [_sight(outside, way[None], corners[owners != name])[0] < 1 for way, name in zip(ways, shown.names[tested], strict=True)]
+    return float(np.mean(hidden)) > HIDDEN
 
 
 def _from_inside(shown: Objects, camera: Camera, corners: np.ndarray) -> Camera:
