@@ -156,7 +156,7 @@ def _from_inside(shown: Objects, camera: Camera, corners: np.ndarray) -> Camera:
     """As far back in the room as can be, looking at its middle by a wider lens."""
     low, high = shown.bounds
     middle = (low + high) / 2
-    heights = [middle + (0, 0, share * (high[2] - low[2])) for share in (0.0, 0.15, 0.3)]
+    heights = [middle + np.array((0, 0, share * (high[2] - low[2]))) for share in (0.0, 0.15, 0.3)]
     ways = np.stack([_turned(turn, 0.1) for turn in range(16)])
     free = np.stack([_sight(start, ways, corners) for start in heights])
     free[~np.isfinite(free)] = 0.0  # out of a window

@@ -82,7 +82,8 @@ class View:
         """What `to_json` made the text of."""
         values: dict[str, Any] = json.loads(text)
         size = values["resolution"]
-        return cls(**values | {"resolution": tuple(size) if size else None})
+        values["resolution"] = tuple(size) if size else None
+        return cls(**values)
 
     def check_none(self, path: Path) -> None:
         """InputError if anything is chosen: the file at `path` is a bundle."""

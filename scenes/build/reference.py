@@ -1,4 +1,4 @@
-"""Renders the reference of the demo: `python scenes/build/reference.py` writes c1-reference.exr, 2048 samples per pixel in half floats."""
+"""Renders the reference of the demo: `python scenes/build/reference.py` writes c1-reference.exr, 1024 samples per pixel in half floats."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from blender_rl_guiding.experiments.references import reference
 from blender_rl_guiding.scene.blend import open_scene
 from blender_rl_guiding.settings import Machine
 
-SPP = 2048
+SPP = 1024
 SCENES = Path(__file__).resolve().parents[1]
 
 

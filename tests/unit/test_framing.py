@@ -43,7 +43,7 @@ def place(camera: Camera) -> np.ndarray:
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
 def test_everything_is_in_the_picture_and_fills_it(aspect: float, size: float):
     rng = np.random.default_rng(1)
-    lows = rng.uniform(-3, 3, (9, 3)) + (5, -7, 40)
+    lows = rng.uniform(-3, 3, (9, 3)) + np.array((5, -7, 40))
     scene = scene_of(*((tuple(size * low), tuple(size * (low + 1))) for low in lows), aspect=aspect)
     camera = framed(scene)
     where, depth = seen(camera, scene.vertices)
