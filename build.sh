@@ -77,7 +77,7 @@ setup)
     ;;
 demo)
     setup
-    .venv/bin/rlg compare scenes/c1.blend --methods uniform,bsdf,dqn --spp 32 --seeds 1 --out out/demo
+    .venv/bin/rlg compare scenes/c1.blend --methods uniform,bsdf,dqn --spp 32 --seeds 1 --reference scenes/c1-reference.exr --out out/demo
     ;;
 test)
     setup

@@ -10,9 +10,21 @@ import bpy
 
 from blender_rl_guiding import schema
 from blender_rl_guiding.errors import InputError, check_writable
-from blender_rl_guiding.flags import Parser, add_experiment, add_export, add_methods, add_render, chosen_methods, given, render_settings
+from blender_rl_guiding.flags import (
+    Parser,
+    add_experiment,
+    add_export,
+    add_methods,
+    add_reference,
+    add_render,
+    chosen_methods,
+    given,
+    render_settings,
+)
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.framing import viewed
+from blender_rl_guiding.scene.view import AUTO, add_view, chosen_view
 from blender_rl_guiding.settings import Machine, Render
 
 from . import environment
@@ -23,6 +35,7 @@ from .comparison.results import MEASURES
 from .comparison.steps import Cycles, working
 from .export.coverage import summary
 from .properties import read
+from .views import opened
 
 NAME = "rl_guided"
 _COMMANDS: list[Any] = []  # what Blender gave for the command, to take it back
@@ -43,7 +56,8 @@ def main(arguments: list[str]) -> int:
 
 
 def _export(options: argparse.Namespace) -> None:
-    data = captured(_opened(options.scene))
+    view = chosen_view(options)
+    data = viewed(captured(opened(options.scene, view)), view)
     if options.strict and data.coverage:
         raise InputError(f"{options.scene.name}: {summary(data.coverage)}")
     save(data, options.bundle)
@@ -54,46 +68,48 @@ def _export(options: argparse.Namespace) -> None:
 
 def _render(options: argparse.Namespace) -> None:
     check_writable(options.out)
-    scene = _opened(options.scene)
+    view = chosen_view(options)
+    scene = opened(options.scene, view)
     settings = render_settings(options, read(scene.rl_guiding, Render))
     values = {"settings": schema.to_dict(settings), "machine": _machine(options), "out": _absolute(options.out)}
-    _work(captured(scene), "render", values | {"method": options.preset or settings.guide.kind})
+    _work(viewed(captured(scene), view), "render", values | {"method": options.preset or settings.guide.kind})
     print(options.out / "image.exr")
 
 
 def _compare(options: argparse.Namespace) -> None:
     check_writable(options.out)
-    scene, cycles = _opened(options.scene), None
+    view = chosen_view(options)
+    scene, cycles = opened(options.scene, view), None
     if options.methods:
         compared = chosen_methods(options)
         first = next(iter(compared.values())).seed
         values: dict[str, Any] = {
             "methods": {name: schema.to_dict(settings) for name, settings in compared.items()},
             "seeds": list(range(first, first + options.seeds)),
-            "reference": {"spp": options.reference_spp},
+            "reference": _reference(options),
             "probe": options.probe,
         }
     else:
+        if options.reference:
+            raise InputError("--reference needs --methods: the file says itself what its own list is compared with")
+        if view.camera == AUTO and scene.rl_guiding_comparison.reference == "CYCLES":
+            raise InputError("Cycles does not know the camera of --camera auto: the file's list has it make the reference")
         if changed := given(options, Render):
             raise InputError(f"--{min(changed)} needs --methods: the file's own list has settings of its own")
         values = job_of(scene, options.out)
         if scene.rl_guiding_comparison.reference == "CYCLES":
             cycles = Cycles(scene, scene.rl_guiding_comparison.reference_spp)
     values |= {"command": options.text, "machine": _machine(options), "jobs": options.jobs, "out": _absolute(options.out)}
-    outcome = _work(captured(scene), "compare", values, cycles)
+    outcome = _work(viewed(captured(scene), view), "compare", values, cycles)
     print(_table(outcome["methods"]))
     print(outcome["page"])
     if outcome["failed"]:
         raise InputError(f"{outcome['failed']} of the runs failed, as told above; the same command tries them again")
 
 
-def _opened(blend: Path) -> bpy.types.Scene:
-    """The active scene of a file. Scripts inside of it do not run. InputError where Blender cannot open it."""
-    try:
-        bpy.ops.wm.open_mainfile(filepath=str(blend.absolute()), load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        raise InputError(f"cannot open {blend}: {' '.join(str(error).split()).rpartition(': ')[2]}") from error
-    return bpy.context.scene
+def _reference(options: argparse.Namespace) -> dict[str, Any]:
+    file: Path | None = options.reference
+    return {"file": _absolute(file), "about": file.name} if file else {"spp": options.reference_spp}
 
 
 def _work(data: SceneData, job: str, values: dict[str, Any], cycles: Cycles | None = None) -> dict[str, Any]:
@@ -147,14 +163,18 @@ def _parser() -> Parser:
         sub.set_defaults(command=function)
         return sub
 
-    add_export(command("export", _export, "Turn a .blend into a scene bundle, and list what could not be taken over."))
-    about = "Render a .blend, with the settings saved in it unless others are given: writes image.exr and result.json."
-    add_render(command("render", _render, about))
+    export = command("export", _export, "Turn a .blend into a scene bundle, and list what could not be taken over.")
+    add_export(export)
+    about = "Render a .blend, with the settings saved in it unless others are given: writes image.exr, image.png and result.json."
+    render = command("render", _render, about)
+    add_render(render)
     about = "Compare the methods of the list saved in a .blend, or those named: writes report.html, tables and figures."
     compare = command("compare", _compare, about)
     compare.add_argument("scene", type=Path, metavar="SCENE.blend")
-    add_experiment(compare, seeds=1)
+    add_reference(add_experiment(compare, seeds=1))
     add_methods(compare, required=False)
+    for sub in (export, render, compare):
+        add_view(sub)
     return parser
 
 

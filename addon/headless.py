@@ -1,16 +1,19 @@
 """Export a .blend without a window, through the bpy module or through a Blender executable.
 
-    python addon/headless.py SCENE.blend OUT.npz [--strict]
-    blender -b --factory-startup --python addon/headless.py -- SCENE.blend OUT.npz [--strict]
+    python addon/headless.py SCENE.blend OUT.npz [--strict] [--view JSON] [--frames]
+    blender -b --factory-startup --python addon/headless.py -- SCENE.blend OUT.npz [...]
 
-Prints one line of JSON: {"ok": path, "coverage": [...]} or {"error": "one line"}, and ends with status 0 or 1.
+Prints one line of JSON: {"ok": path, "coverage": [...]} or {"error": "one line"}, and ends with status 0 or 1. With --frames it
+begins with {"ok": path, "source": key}. Then it reads the numbers of frames from stdin, line by line, and writes and answers each.
 Scripts inside the .blend do not run, and neither the file nor the user's preferences are changed.
 """
 
 import argparse
 import json
 import sys
-from dataclasses import asdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,55 +24,78 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import addon
 from addon.engine import Exporter
 from addon.export.coverage import summary
+from addon.views import opened, source_key
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.framing import viewed
+from blender_rl_guiding.scene.view import AUTO, View
 
 
-def _export(blend: Path, bundle: Path, strict: bool) -> dict[str, Any]:
-    """Go through a render of the file, because only an engine is given the depsgraph in render mode."""
-    outcome: dict[str, Any] = {}
+def _export(options: argparse.Namespace) -> dict[str, Any]:
+    """Write the one bundle that was asked for."""
+    with _exporting(opened(options.blend, options.view)) as exported:
+        return _written(options, viewed(exported(), options.view))
+
+
+def _export_frames(options: argparse.Namespace) -> dict[str, Any]:
+    """Write bundles as long as frames are asked for. The camera that frames all stands where it does at the frame of the view."""
+    scene = opened(options.blend, options.view)
+    _tell({"ok": str(options.bundle), "source": source_key(options.blend, options.view)})
+    with _exporting(scene) as exported:
+        camera = viewed(exported(), options.view).camera if options.view.camera == AUTO else None
+        for line in sys.stdin:
+            scene.frame_set(int(line))
+            data = exported()
+            _tell(_written(options, replace(data, camera=camera) if camera else data))
+    return {"ok": str(options.bundle)}
+
+
+@contextmanager
+def _exporting(scene: bpy.types.Scene) -> Iterator[Callable[[], SceneData]]:
+    """Yields what exports the scene as it is then, by a render of it, because only an engine is given the depsgraph in render mode."""
+    outcome: list[SceneData] = []
 
     class Export(Exporter):
-        """Writes the bundle; the image stays black."""
+        """Keeps the scene; the image stays black."""
 
         bl_idname = "RL_GUIDED_EXPORT"
         bl_label = "RL Guided Export"
 
         def deliver(self, scene: SceneData) -> None:
-            if outcome:
-                return  # a second view layer or eye; the coverage report says that only the first is taken
-            if strict and scene.coverage:
-                raise InputError(f"{blend.name}: {summary(scene.coverage)}")
-            save(scene, bundle)
-            outcome.update(ok=str(bundle), coverage=[asdict(loss) for loss in scene.coverage])
+            outcome.append(scene)
+
+    def exported() -> SceneData:
+        outcome.clear()
+        _render(scene)
+        return outcome[0]  # of the first view layer and eye; the coverage report says that only they are taken
 
     bpy.utils.register_class(Export)
     try:
-        _render(blend, Export.bl_idname)
+        scene.render.engine = Export.bl_idname
+        scene.render.use_compositing = scene.render.use_sequencer = False
+        yield exported
     finally:
         bpy.utils.unregister_class(Export)  # or Blender 4.5 hangs at exit
-    return outcome
 
 
-def _render(blend: Path, engine: str) -> None:
+def _render(scene: bpy.types.Scene) -> None:
     try:
-        bpy.ops.wm.open_mainfile(filepath=str(blend), load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        raise InputError(f"Blender cannot open {blend}, it may be damaged: {_one_line(error).rpartition(': ')[2]}") from error
-    render = bpy.context.scene.render
-    render.engine = engine
-    render.use_compositing = render.use_sequencer = False
-    if not bpy.context.scene.camera:
-        raise InputError(f"{blend.name}: scene '{bpy.context.scene.name}' has no camera (Properties > Scene > Camera)")
-    try:
-        bpy.ops.render.render()
+        bpy.ops.render.render(scene=scene.name)
     except RuntimeError as error:  # what the engine reported, or Blender's own refusal
-        raise InputError(_one_line(error)) from error
+        raise InputError(" ".join(str(error).removeprefix("Error: ").split())) from error
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).removeprefix("Error: ").split())
+def _written(options: argparse.Namespace, scene: SceneData) -> dict[str, Any]:
+    """Write a bundle; returns what to tell about it."""
+    if options.strict and scene.coverage:
+        raise InputError(f"{options.blend.name}: {summary(scene.coverage)}")
+    save(scene, options.bundle)
+    return {"ok": str(options.bundle), "coverage": [asdict(loss) for loss in scene.coverage]}
+
+
+def _tell(outcome: dict[str, Any]) -> None:
+    print(json.dumps(outcome), flush=True)
 
 
 def main(arguments: list[str]) -> int:
@@ -78,15 +104,17 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("blend", type=Path)
     parser.add_argument("bundle", type=Path)
     parser.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
+    parser.add_argument("--view", type=View.from_json, default=View(), help="what of the file to take, as JSON")
+    parser.add_argument("--frames", action="store_true", help="export the frames whose numbers come on stdin")
     options = parser.parse_args(arguments)
     addon.register()
     try:
-        outcome = _export(options.blend, options.bundle, options.strict)
+        outcome = _export_frames(options) if options.frames else _export(options)
     except InputError as error:
         outcome = {"error": str(error)}
     finally:
         addon.unregister()
-    print(json.dumps(outcome), flush=True)
+    _tell(outcome)
     return 0 if "ok" in outcome else 1
 
 

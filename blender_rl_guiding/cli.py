@@ -25,12 +25,14 @@ from .flags import (
     add_export,
     add_flags,
     add_methods,
+    add_reference,
     add_render,
     chosen_methods,
     given,
     positive,
     render_settings,
 )
+from .scene.view import add_view, chosen_view, frame_range
 from .settings import Machine, Render
 
 _SCENES = Path(__file__).resolve().parents[1] / "scenes"
@@ -67,15 +69,37 @@ def _export(options: argparse.Namespace) -> None:
     from .scene.blend import export
 
     with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
-        coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict)
+        coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
     for loss in coverage:
         print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
     print(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
 
 
 def _render(options: argparse.Namespace) -> None:
-    _traced(options, render_settings(options, Render()))
-    print(options.out / "image.exr")
+    settings = render_settings(options, Render())
+    if options.frames:
+        _animate(options, settings)
+    else:
+        _traced(options, settings)
+        print(options.out / "image.exr")
+
+
+def _animate(options: argparse.Namespace, settings: Render) -> None:
+    view, method = chosen_view(options), options.preset or settings.guide.kind
+    if view.frame is not None:
+        raise InputError("--frame and --frames exclude each other")
+    check_writable(options.out)
+    try:
+        with Terminal() as progress:
+            from .experiments.animation import animate
+
+            images = animate(
+                options.out, options.scene, view, options.frames, settings, _machine(options), method, progress, options.blender
+            )
+    except KeyboardInterrupt:
+        _leave("interrupted; the same command goes on from the first frame that is missing")
+    for path in images:
+        print(path)
 
 
 def _inspect(options: argparse.Namespace) -> None:
@@ -102,6 +126,7 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
         from .experiments.probe import described
         from .experiments.runs import save_run
         from .render import Result, render, warm_up
+        from .render.estimate import share
         from .scene.chance import left_to_chance
 
         finished: list[Result] = []
@@ -112,13 +137,16 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
             progress.note(f"{lamp.object!r}: {lamp.detail}")
         point = find(scene)
         try:
-            with progress.bar(scene.name, settings.spp) as advance:
+            with progress.bar(scene.name, 1) as advance:
+
+                def on_step(state: Result) -> None:
+                    advance(share(state, settings))
 
                 def on_pass(state: Result) -> None:
                     finished[:] = [state]
-                    advance(state.film.samples)
+                    on_step(state)
 
-                render(scene, settings, machine, on_pass)
+                render(scene, settings, machine, on_pass, on_step)
         except KeyboardInterrupt:
             interrupted = True
     if finished:
@@ -130,11 +158,12 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
 
 
 def _compare(options: argparse.Namespace) -> None:
+    from .experiments.references import Given
     from .experiments.runner import Experiment, run
 
     methods = chosen_methods(options)
     check_writable(options.out)
-    first = next(iter(methods.values())).seed
+    first, given_file = next(iter(methods.values())).seed, options.reference
     with Terminal() as progress:
         experiment = Experiment(
             folder=options.out,
@@ -144,6 +173,7 @@ def _compare(options: argparse.Namespace) -> None:
             reference_spp=options.reference_spp,
             command=_command(),
             probe=options.probe,
+            given=Given(given_file, given_file.name) if given_file else None,
         )
         failed = run([experiment], _machine(options), options.jobs, progress)
     _tell([options.out], failed)
@@ -234,7 +264,7 @@ def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Ite
             progress.note(f"{path.name}: {len(scene.coverage)} thing(s) left out or replaced, {first!r} first; `rlg export` lists them")
         return scene
 
-    with opening(path, options.blender) as wait:
+    with opening(path, options.blender, chosen_view(options)) as wait:
         yield opened
 
 
@@ -254,21 +284,26 @@ def _parser() -> argparse.ArgumentParser:
     export = command("export", _export, "Turn a .blend into a scene bundle, and list what could not be taken over.")
     add_export(export)
     add_blender(export)
+    add_view(export)
 
-    render = command("render", _render, "Render a scene: writes image.exr and result.json.")
+    render = command("render", _render, "Render a scene or an animation: writes image.exr, image.png and result.json.")
     add_render(render)
     add_blender(render)
+    text = "an animation, or every S-th frame of it, into image-0001.exr and so on; skips what is done, so that it goes on where it ended"
+    add_view(render).add_argument("--frames", type=frame_range, metavar="A..B[..S]", help=text)
 
     inspect = command("inspect", _inspect, "Render a scene and show what was learnt: writes states.png and q.png, too.")
     text = "where to show it, from the top left (default: the middle of the width at four fifths of the height)"
     inspect.add_argument("--pixel", type=int, nargs=2, metavar=("X", "Y"), help=text)
     add_render(inspect)
     add_blender(inspect)
+    add_view(inspect)
 
     compare = command("compare", _compare, "Render scenes by several methods and report: writes report.html, tables and figures.")
     compare.add_argument("scenes", type=Path, nargs="+", metavar="SCENE", help="a .blend or a bundle")
-    add_experiment(compare, seeds=1)
+    add_reference(add_experiment(compare, seeds=1))
     add_blender(compare)
+    add_view(compare)
     add_methods(compare, required=True)
 
     sweep = command(

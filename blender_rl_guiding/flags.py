@@ -92,17 +92,24 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     add_flags(parser, Machine)
 
 
-def add_experiment(parser: argparse.ArgumentParser, seeds: int) -> None:
-    """What all comparisons may be told; `seeds` is the default."""
+def add_experiment(parser: argparse.ArgumentParser, seeds: int) -> "argparse._MutuallyExclusiveGroup":
+    """What all comparisons may be told; `seeds` is the default. Returns the ways to say what the reference is."""
     text = f"runs of each method, with one seed after the other (default: {seeds})"
     parser.add_argument("--seeds", type=positive, default=seeds, metavar="N", help=text)
+    reference = parser.add_mutually_exclusive_group()
     text = "samples per pixel of the reference, at least (default: 1024)"
-    parser.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help=text)
+    reference.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help=text)
     text = "runs at a time, which share the threads; for times that can be compared with others, 1 (default: 1)"
     parser.add_argument("--jobs", type=positive, default=1, metavar="N", help=text)
     text = "pixel where to show what is learnt, from the top left (default: the middle of the width at four fifths of the height)"
     parser.add_argument("--probe", type=int, nargs=2, metavar=("X", "Y"), help=text)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    return reference
+
+
+def add_reference(ways: "argparse._MutuallyExclusiveGroup") -> None:
+    """A reference from a file, which only a comparison on one scene can have."""
+    ways.add_argument("--reference", type=Path, metavar="FILE", help="an EXR image of the same size that is the reference")
 
 
 def add_methods(parser: argparse.ArgumentParser, required: bool) -> None:

@@ -96,6 +96,12 @@ def png(pixels: np.ndarray) -> bytes:
 
 
 def write_png(path: Path, image: np.ndarray) -> None:
-    """Write a linear image as sRGB PNG. InputError where the file cannot be written."""
+    """Write a linear image, (H, W, 3) or (H, W, 4), as sRGB PNG, clipped to 0..1. InputError where the file cannot be written.
+
+    Colours are multiplied by alpha in the image, as everywhere here, and not in the file, as PNG has it.
+    """
+    codes = to_display(image if image.shape[2] == 3 else np.dstack([image[..., :3] / np.maximum(image[..., 3:], 1e-6), image[..., 3:]]))
+    if image.shape[2] == 4:
+        codes[..., 3] = (np.clip(image[..., 3], 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)  # coverage has no gamma
     with atomic(path) as part:
-        part.write_bytes(png(to_display(image)))
+        part.write_bytes(png(codes))

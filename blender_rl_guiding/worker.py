@@ -95,6 +95,7 @@ def render(job: Job, events: Events) -> None:
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
+    from .render.estimate import left
     from .scene.bundle import load
 
     settings, machine = _settings(job)
@@ -106,7 +107,7 @@ def render(job: Job, events: Events) -> None:
     def on_pass(state: Result) -> None:
         shown = frames is not None and frames.offer(lambda: _combined(state))
         learning = {name: state.curve[-1][name] for name in ("loss", "cells", "steps") if name in state.curve[-1]}
-        so_far = {"samples": state.film.samples, "of": settings.spp, "seconds": state.seconds, "left": _left(state, settings)}
+        so_far = {"samples": state.film.samples, "of": settings.spp, "seconds": state.seconds, "left": left(state, settings)}
         events.send("pass", **so_far, shown=shown, learning=learning)
 
     result = trace(scene, settings, machine, on_pass)
@@ -127,12 +128,6 @@ def _machine(job: Job) -> Machine:
 
 def _combined(result: Any) -> np.ndarray:
     return np.dstack([result.image, result.film.alpha()])
-
-
-def _left(state: Any, settings: Render) -> float:
-    """Seconds that remain, as far as samples take equally long."""
-    left = state.seconds / state.film.samples * (settings.spp - state.film.samples)
-    return min(left, max(0.0, settings.seconds - state.seconds)) if settings.seconds else left
 
 
 def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
@@ -184,7 +179,9 @@ def inspect(job: Job, events: Events) -> None:
     from .experiments import inspection
     from .experiments.probe import described
     from .experiments.runs import save_run
+    from .render import Result
     from .render import render as trace
+    from .render.estimate import share
     from .scene.bundle import load
 
     settings, machine = _settings(job)
@@ -193,8 +190,12 @@ def inspect(job: Job, events: Events) -> None:
     check_writable(out)
     scene = load(Path(job["bundle"]))
     point = inspection.find(scene, job["pixel"], machine)
-    with events.bar("Learning", settings.spp) as advance:
-        result = trace(scene, settings, machine, lambda state: advance(state.film.samples))
+    with events.bar("Learning", 1) as advance:
+
+        def tell(state: Result) -> None:
+            advance(share(state, settings))
+
+        result = trace(scene, settings, machine, tell, tell)
     save_run(out, scene, job.get("method", settings.guide.kind), settings, machine, result, None, described(result.guide, point))
     with events.bar("Measuring the light that arrives", 1):
         pictures = inspection.write(out, scene, point, settings, machine, result)

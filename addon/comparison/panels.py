@@ -144,12 +144,13 @@ class RLG_PT_compare_results(_Panel, bpy.types.Panel):
 
 def _draw_details(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> None:
     """What the table has no room for."""
-    flow = layout.grid_flow(columns=2, row_major=True, align=True)
-    flow.active = False
-    flow.label(text=f"{item.spp} samples")
-    flow.label(text=f"{item.samples_per_second:.3g} a second")
-    flow.label(text=f"{item.learn_share:.0%} learning")
-    flow.label(text=f"×{item.equal_time:.3g} equal time")
+    column = layout.column(align=True)
+    column.active = False
+    row = column.row(align=True)
+    row.label(text=f"{item.spp} samples")
+    row.label(text=f"{item.samples_per_second:.3g} a second")
+    column.label(text=f"{item.learn_share:.0%} of the time is learning")
+    column.label(text=f"×{item.equal_time:.3g} relmse at equal time")
 
 
 def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) -> None:

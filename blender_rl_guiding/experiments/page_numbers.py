@@ -19,7 +19,7 @@ def overall(results: Results, scenes: Sequence[str]) -> str:
         means.append(geometric_mean(numbers.equal_time(s[k], s[base]) for s in whole))
         rows.append(f"<tr>{name_cell(results, method)}{''.join(f'<td>{numbers.times(mean)}</td>' for mean in means)}</tr>")
     note = f"Ratio to {escape(results.baseline)}, geometric mean over the {len(whole)} scenes that every method finished; lower is better."
-    return f"<h2>All scenes</h2><p class=note>{note}</p>{table(['', *MEASURES, 'equal time'], rows)}"
+    return f"<h2>All scenes</h2><p class=note>{note}</p>{table(['', *MEASURES, numbers.EQUAL_TIME], rows)}"
 
 
 def of_scene(results: Results, scene: str) -> str:
@@ -35,9 +35,10 @@ def of_scene(results: Results, scene: str) -> str:
         rows.append(f"<tr>{name_cell(results, summary.method)}{''.join(errors)}{''.join(others)}</tr>")
     about = (
         f"Errors against the reference ({escape(results.reference)}); lower is better. Below each: half the 95 % interval of the mean "
-        f"over seeds, and the ratio to {escape(results.baseline)}. <em>Equal time</em>: the ratio of relMSE if all rendered equally long, "
-        "learning included, as far as it falls as 1 / samples. <em>Learn</em>: the share of the time that went into learning, below it "
-        "into training + into inference, the laying out of what was learnt for the tracer."
+        f"over seeds, and the ratio to {escape(results.baseline)}. <em>{numbers.EQUAL_TIME.capitalize()}</em>: the ratio of "
+        "relmse if all rendered equally long, learning included, as far as it falls as 1 / samples. "
+        f"<em>{numbers.LEARNING.capitalize()}</em>: of the seconds, what learning took; below it training, and inference: "
+        "the laying out of what was learnt for the tracer."
     )
     return f"{table(['', *numbers.HEADS], rows)}<p class=note>{about}</p>"
 

@@ -12,22 +12,22 @@ from typing import Self
 
 from ..render import warm_up
 from ..settings import Machine
-from .tasks import Outcome, Task, attempt
+from .tasks import Outcome, Pace, Task, attempt
 
 PATIENCE = 1.0  # seconds that a child has to leave whole files behind before it is killed
 
-OnShare = Callable[[Task, float], None]
+OnPace = Callable[[Task, Pace], None]
 OnEnd = Callable[[Task, Outcome], None]
 
 
-def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_share: OnShare, on_end: OnEnd) -> None:
+def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnPace, on_end: OnEnd) -> None:
     """Do all runs, `jobs` at a time; with 1 in this process. Both callbacks are called in this process.
 
     Images do not depend on `jobs`. A run that fails, or whose process dies, ends as an Outcome without seconds, and the others go on.
     """
     if jobs == 1:
         for task in tasks:
-            on_end(task, attempt(task, machine, lambda share, task=task: on_share(task, share)))
+            on_end(task, attempt(task, machine, lambda pace, task=task: on_pace(task, pace)))
         return
     waiting = iter(tasks)
     with _Workers(min(jobs, len(tasks)), replace(machine, threads=threads_each(machine, jobs))) as workers:
@@ -38,7 +38,7 @@ def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_share: On
                 worker = busy[pipe]  # type: ignore[index]  # these are the connections that went in
                 task, told = worker.hear()
                 if not isinstance(told, Outcome):
-                    on_share(task, told)
+                    on_pace(task, told)
                     continue
                 on_end(task, told)
                 if following := next(waiting, None):
@@ -71,8 +71,8 @@ class _Worker:
         with contextlib.suppress(ConnectionError):  # it died; `hear` will tell
             self.pipe.send(task)
 
-    def hear(self) -> tuple[Task, float | Outcome]:
-        """The task at hand with the share that is done of it, or how it ended."""
+    def hear(self) -> tuple[Task, Pace | Outcome]:
+        """The task at hand with how far it has come, or how it ended."""
         task = self.task
         assert task
         try:

@@ -12,7 +12,7 @@ from ..errors import atomic
 from . import figures, numbers
 from .latex import latex
 from .page import page
-from .results import load, table
+from .results import Results, load, table
 
 
 def write(folder: Path) -> Path:
@@ -33,7 +33,7 @@ def text_table(folder: Path) -> Table:
     """The summary for the terminal. InputError on a damaged folder."""
     results = load(folder)
     heads = [head.replace(" ", "\n").replace("_", "_\n").replace("/", "\n/") for head in numbers.HEADS]
-    out = Table("", *heads, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    out = Table("", *heads, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, caption=_legend(results), caption_justify="left")
     out.columns[0].no_wrap, out.columns[0].min_width = True, 2 + max(map(len, results.methods))
     for column in out.columns[1:]:
         column.justify, column.no_wrap = "right", True
@@ -43,6 +43,14 @@ def text_table(folder: Path) -> Table:
             out.add_row(f"  {escape(summary.method)}", *map(_lines, cells))
         out.add_section()
     return out
+
+
+def _legend(results: Results) -> str:
+    """What the columns mean that do not say it themselves."""
+    return (
+        f"×: ratio to {escape(results.baseline)}. {numbers.EQUAL_TIME}: the ratio if all rendered equally long. "
+        f"{numbers.LEARNING}: of the seconds, in all, and for training and inference."
+    )
 
 
 def show(folder: Path, console: Console) -> None:

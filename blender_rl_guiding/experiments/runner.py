@@ -17,7 +17,7 @@ from .probe import Point, learns, pixel_of
 from .progress import Progress
 from .references import Given, read_given, reference
 from .runs import RENDERED, Judge, is_done, judge_again
-from .tasks import Outcome, Task
+from .tasks import Outcome, Pace, Task
 from .truth import kept
 
 _UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]|^$')  # in the name of a folder, on one system or another
@@ -58,8 +58,8 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
     forecast, failed = Forecast(due, jobs), 0
     with progress.bar("runs", forecast.total) as advance:
 
-        def on_share(task: Task, share: float) -> None:
-            forecast.share(task, share)
+        def on_pace(task: Task, pace: Pace) -> None:
+            forecast.go(task, pace)
             advance(forecast.done, total=forecast.total, description=task.label)
 
         def on_end(task: Task, outcome: Outcome) -> None:
@@ -68,7 +68,7 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
             forecast.end(task, outcome)
             progress.note(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
 
-        perform_all(due, machine, jobs, on_share, on_end)
+        perform_all(due, machine, jobs, on_pace, on_end)
     return failed
 
 
@@ -116,6 +116,8 @@ def _describe(experiment: Experiment) -> None:
         raise InputError(f"{experiment.given.path} cannot be the reference of {len(names)} scenes")
     for scene in experiment.scenes:
         pixel_of(scene, experiment.probe)
+        if experiment.given:
+            read_given(experiment.given, scene)
     plan = {
         "name": experiment.name,
         "scenes": names,

@@ -1,7 +1,8 @@
-"""A run's folder: image.exr and result.json, written last so that a folder with a result is a finished run."""
+"""A run's folder: image.exr, image.png and result.json, written last so that a folder with a result is a finished run."""
 
 import json
 import platform
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,7 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..errors import atomic
-from ..images import read_exr, write_exr, write_layers
+from ..images import read_exr, write_exr, write_layers, write_png
 from ..metrics import compare, mape_display, relmse
 from ..render import Result
 from ..scene.data import SceneData
@@ -19,6 +20,18 @@ from ..settings import Machine, Render, recorded
 
 RENDERED = "rendered"  # the key of references that are rendered here: they only get better
 ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by
+
+
+class Frame(NamedTuple):
+    """One of an animation: its files have numbers, and lie in one folder."""
+
+    number: int
+    source: str  # what it was made of, see `scene.frames`
+
+    @property
+    def suffix(self) -> str:
+        """What Blender appends to the names of its frames."""
+        return f"-{self.number:04}"
 
 
 class Judge(NamedTuple):
@@ -38,9 +51,10 @@ def save_run(
     metrics: dict[str, float] | None,
     probe: dict[str, Any] | None = None,
     judged_by: str | None = None,
+    frame: Frame | None = None,
 ) -> None:
-    """Write a run. `metrics` and the key `judged_by` are None where there is no reference, `probe` where nothing was learnt
-    (see `probe.described`).
+    """Write a run, or a frame of an animation. `metrics` and the key `judged_by` are None where there is no reference, `probe` where
+    nothing was learnt (see `probe.described`).
 
     InputError where the folder cannot be written.
     """
@@ -51,7 +65,11 @@ def save_run(
         "scene": scene.name,
         "program": f"blender_rl_guiding {__version__}",
     }
-    _write_images(folder, result, settings, header)
+    suffix = frame.suffix if frame else ""
+    told = folder / f"result{suffix}.json"
+    with suppress(OSError):  # which the images meet with as well, and report
+        told.unlink(missing_ok=True)  # or it would tell of an image that it was not written for, if this is interrupted
+    _write_images(folder, suffix, result, settings, header)
     values: dict[str, Any] = {
         "scene": scene.name,
         "scene_key": scene.key,
@@ -72,34 +90,52 @@ def save_run(
         "losses": [float(f"{loss:.5g}") for loss in result.losses],
         "probe": probe,
     }
-    _write_json(folder / "result.json", values)
+    _write_json(told, values | {"frame": frame.number, "source": frame.source} if frame else values)
 
 
-def _write_images(folder: Path, result: Result, settings: Render, header: dict[str, str]) -> None:
+def _write_images(folder: Path, suffix: str, result: Result, settings: Render, header: dict[str, str]) -> None:
     film, layers = result.film, result.film.layers()
     if not layers:
-        write_exr(folder / "image.exr", result.image, header)
+        _write_image(folder / f"image{suffix}", result.image, header)
         return
     combined = np.dstack([result.image, film.alpha()])
-    write_exr(folder / "image.exr", combined, header)
+    _write_image(folder / f"image{suffix}", combined, header)
     if settings.passes:
-        write_layers(folder / "passes.exr", {"Combined": combined} | layers, header)
+        write_layers(folder / f"passes{suffix}.exr", {"Combined": combined} | layers, header)
     del combined, layers  # memory that the denoiser can use: a gigabyte at 3840 x 2160
     if settings.denoise:
         from ..render.denoise import denoised
 
-        write_exr(folder / "denoised.exr", denoised(film), header)
+        _write_image(folder / f"denoised{suffix}", denoised(film), header)
+
+
+def _write_image(name: Path, pixels: np.ndarray, header: dict[str, str]) -> None:
+    """An image twice: its numbers, and what an eye sees of it."""
+    write_exr(name.with_name(f"{name.name}.exr"), pixels, header)
+    write_png(name.with_name(f"{name.name}.png"), pixels)
 
 
 def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
     """Whether the folder holds the finished run of just these settings, scene and program version."""
+    return _tells(folder / "result.json", settings, scene_key=scene.key)
+
+
+def frame_is_done(folder: Path, frame: Frame, settings: Render) -> bool:
+    """The same of a frame of an animation, by what it was made of."""
+    there = (folder / f"image{frame.suffix}.exr").is_file()
+    return there and _tells(folder / f"result{frame.suffix}.json", settings, source=frame.source)
+
+
+def _tells(path: Path, settings: Render, **made_of: str) -> bool:
+    """Whether a result.json is there and tells of a finished run with these settings, by this version of the program."""
     try:
-        values = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        values = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
-    expected = (scene.key, to_dict(settings), True, __version__)
     version = values.get("versions", {}).get("blender_rl_guiding")
-    return (values.get("scene_key"), recorded(values.get("settings") or {}), values.get("finished"), version) == expected
+    expected = {"finished": True, **made_of}
+    same = recorded(values.get("settings") or {}) == to_dict(settings)
+    return version == __version__ and same and all(values.get(name) == value for name, value in expected.items())
 
 
 def judge_again(folder: Path, judge: Judge) -> None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..metrics import compare
 from ..render import Result, render
+from ..render.estimate import left, share
 from ..scene.data import SceneData
 from ..settings import Machine, Render
 from .probe import Point, described
@@ -31,6 +32,13 @@ class Task:
         return f"{self.scene.name} {self.method} seed {self.settings.seed}"
 
 
+class Pace(NamedTuple):
+    """How far a run has come."""
+
+    share: float  # 0..1 of its time
+    seconds: float  # that it will have taken in the end, as it looks now
+
+
 class Outcome(NamedTuple):
     """How a run ended, in one line, and its seconds; None where it failed."""
 
@@ -38,26 +46,23 @@ class Outcome(NamedTuple):
     seconds: float | None
 
 
-def attempt(task: Task, machine: Machine, on_share: Callable[[float], None]) -> Outcome:
-    """Do a run; one that fails must not end the others. `on_share` is told the share that is done, 0..1, after every pass."""
+def attempt(task: Task, machine: Machine, on_pace: Callable[[Pace], None]) -> Outcome:
+    """Do a run; one that fails must not end the others. `on_pace` is told now and then how far it is."""
     try:
-        return _perform(task, machine, on_share)
+        return _perform(task, machine, on_pace)
     except (InputError, FloatingPointError) as error:
         return Outcome(str(error), None)
 
 
-def _share(state: Result, settings: Render) -> float:
-    """How much of a render is done, by its samples or, where that is more, by its time limit."""
-    by_time = state.seconds / settings.seconds if settings.seconds else 0.0
-    return min(1.0, max(state.film.samples / settings.spp, by_time))
-
-
-def _perform(task: Task, machine: Machine, on_share: Callable[[float], None]) -> Outcome:
+def _perform(task: Task, machine: Machine, on_pace: Callable[[Pace], None]) -> Outcome:
     def on_pass(state: Result) -> None:
         state.curve[-1] |= {measure.__name__: measure(state.image, task.judge.truth) for measure in ON_THE_WAY}
-        on_share(_share(state, task.settings))
+        tell(state)
 
-    result = render(task.scene, task.settings, machine, on_pass)
+    def tell(state: Result) -> None:
+        on_pace(Pace(share(state, task.settings), state.seconds + left(state, task.settings)))
+
+    result = render(task.scene, task.settings, machine, on_pass, on_step=tell)
     metrics = compare(result.image, task.judge.truth)
     learnt = described(result.guide, task.probe)
     save_run(task.folder, task.scene, task.method, task.settings, machine, result, metrics, learnt, task.judge.key)

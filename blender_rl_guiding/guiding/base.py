@@ -1,5 +1,6 @@
 """What a guide is to the renderer: it hands out directions for a pass, and learns from what the pass saw."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -22,6 +23,13 @@ class Transitions(NamedTuple):
     albedo: np.ndarray  # (n,) float32, luminance of y's albedo; 0 where y ends the path
 
 
+OnStep = Callable[[int], None]  # is told how many training steps there have been, after each
+
+
+def unheard(steps: int) -> None:
+    """The `OnStep` of whoever does not want to know."""
+
+
 class Guide(Protocol):
     """Anything that proposes directions. A guide may be as wrong as it likes: that costs variance, never bias."""
 
@@ -33,7 +41,7 @@ class Guide(Protocol):
         """How many transitions of the next pass to collect, about; 0 for a guide that does not learn."""
         ...
 
-    def learn(self, transitions: Transitions) -> dict[str, Any]:
+    def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         """Learn from a pass; returns numbers for the pass's entry in the learning curve, and "losses", a list, which may be missing.
 
         "loss": the mean over the pass; "losses": one of each training step, unless the pass was the step; "train_seconds" and

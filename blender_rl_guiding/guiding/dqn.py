@@ -14,7 +14,7 @@ import torch
 
 from ..scene.data import SceneData
 from ..settings import DQN
-from .base import Transitions
+from .base import OnStep, Transitions, unheard
 from .cells import CellTable
 from .directions import Directions, one_cell
 from .network import QNetwork, soft_update, target_of
@@ -64,7 +64,7 @@ class DQNGuide:
         s = self._settings
         return min(s.steps if self._steps else s.first_steps, s.max_steps - self._steps)
 
-    def learn(self, transitions: Transitions) -> dict[str, Any]:
+    def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         """Remember the pass, train, and lay the network out as a table."""
         settings, steps = self._settings, self._steps_to_do()
         if steps <= 0:
@@ -76,9 +76,12 @@ class DQNGuide:
         if self._scale == 0.0 or len(self._memory) < settings.learning_starts:
             return {}
         start = time.perf_counter()
-        losses = [self._train(self._memory.sample(settings.batch, self._rng)) for _ in range(steps)]
+        losses = []
+        for _ in range(steps):
+            losses.append(self._train(self._memory.sample(settings.batch, self._rng)))
+            self._steps += 1
+            on_step(self._steps)
         trained = time.perf_counter()
-        self._steps += steps
         self._directions = self._tabulate()
         seconds = {"train_seconds": trained - start, "infer_seconds": time.perf_counter() - trained}
         return {"loss": float(np.mean(losses)), "losses": losses, "steps": self._steps, "cells": self.cells.count} | seconds

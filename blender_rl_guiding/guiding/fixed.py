@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from .base import Transitions
+from .base import OnStep, Transitions, unheard
 from .directions import Directions, one_cell
 
 
@@ -18,7 +18,7 @@ class FixedGuide:
     def wanted(self) -> int:
         return 0
 
-    def learn(self, transitions: Transitions) -> dict[str, Any]:
+    def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         return {}
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..kernels import kernel
 from ..scene.data import SceneData
 from ..settings import QTable
-from .base import Transitions
+from .base import OnStep, Transitions, unheard
 from .cells import CellTable
 from .directions import UNKNOWN, Directions, one_cell
 from .patches import mean_cosines, patches_of
@@ -48,7 +48,7 @@ class QTableGuide:
     def wanted(self) -> int:
         return self._settings.recorded
 
-    def learn(self, transitions: Transitions) -> dict[str, Any]:
+    def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         """Move every Q(s, a) of the pass towards its target, in the order of the transitions."""
         settings, t = self._settings, transitions
         rows, next_rows = self.cells.insert(t.position, t.normal), self.cells.rows(t.next_position, t.next_normal)

@@ -3,11 +3,12 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..guiding import make_guide
-from ..guiding.base import Guide
+from ..guiding.base import Guide, Transitions
 from ..scene.data import SceneData
 from ..scene.description import IDENTITY, Bounces, Camera, Closure, Instruction, Node, Shader
 from ..settings import DQN, Machine, QTable, Render
@@ -18,6 +19,7 @@ from .stage import wants_passes
 
 PATHS_PER_PASS = 1 << 20  # at most, of a guide that does not learn
 CHECKED_EVERY = 4  # samples between two looks at the clock or the noise, at most
+TOLD_EVERY = 0.1  # seconds between two calls of `on_step`, at least
 LEAST_SAMPLES = 16  # before the noise of a pixel is believed
 
 
@@ -29,6 +31,7 @@ class Result:
     guide: Guide  # as far as it has learnt
     seconds: float = 0.0  # wall time of tracing and learning
     learn_seconds: float = 0.0
+    steps: int = 0  # of training
     rays: int = 0  # closest-hit and shadow rays
     curve: list[dict[str, float]] = field(default_factory=list)  # one entry a pass: samples, seconds, loss, ...
     losses: list[float] = field(default_factory=list)  # one for each training step
@@ -45,11 +48,12 @@ def render(
     settings: Render,
     machine: Machine = Machine(),  # noqa: B008  # frozen
     on_pass: Callable[[Result], None] | None = None,
+    on_step: Callable[[Result], None] | None = None,
 ) -> Result:
     """Render a scene. Scene, settings and the machine's floating-point unit decide every bit of the image; `machine` does not.
 
     `on_pass` is called after every pass with the state so far, and may add to the curve's last entry; its time does not count. What it
-    raises ends the render at once.
+    raises ends the render at once. `on_step` is called now and then while a guide trains, which may take longer than all passes.
     """
     guide = make_guide(settings.guide, scene, settings.seed)
     tracer = PassTracer(scene, settings, machine, learning=guide.wanted() > 0)
@@ -60,9 +64,7 @@ def render(
     for first, count in _rounds(settings, len(pixels), learning=guide.wanted() > 0):
         transitions = tracer.trace(guide.directions(), film, pixels, first, count, guide.wanted())
         result.rays = tracer.rays
-        learning = time.perf_counter()
-        scalars = guide.learn(transitions) if first + count < settings.spp else {}
-        result.learn_seconds += time.perf_counter() - learning
+        scalars = _learn(guide, transitions, result, start, on_step) if first + count < settings.spp else {}
         result.seconds = time.perf_counter() - start
         result.losses += scalars.pop("losses", [scalars["loss"]] if "loss" in scalars else [])
         result.curve.append({"samples": film.samples, "seconds": result.seconds} | scalars)
@@ -75,6 +77,26 @@ def render(
             break
     result.finished = True
     return result
+
+
+def _learn(
+    guide: Guide, transitions: Transitions, result: Result, start: float, on_step: Callable[[Result], None] | None
+) -> dict[str, Any]:
+    """Have the guide learn from a pass; returns what it says of it. Keeps the times of the result, which began at `start`, up to date."""
+    began = told = time.perf_counter()
+    before = result.learn_seconds
+
+    def step(steps: int) -> None:
+        nonlocal told
+        now = time.perf_counter()
+        result.steps, result.seconds, result.learn_seconds = steps, now - start, before + now - began
+        if on_step and now - told >= TOLD_EVERY:
+            told = now
+            on_step(result)
+
+    scalars = guide.learn(transitions, step)
+    result.learn_seconds = before + time.perf_counter() - began
+    return scalars
 
 
 def _rounds(settings: Render, pixels: int, learning: bool) -> Iterator[tuple[int, int]]:

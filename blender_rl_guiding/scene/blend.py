@@ -15,31 +15,33 @@ from ..errors import InputError
 from .bundle import load
 from .data import SceneData
 from .description import Loss
+from .view import View
 
 _SCRIPT = Path(__file__).resolve().parents[2] / "addon" / "headless.py"
 _MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, zstd, gzip
 
 
-def open_scene(path: Path, blender: Path | None = None) -> SceneData:
+def open_scene(path: Path, blender: Path | None = None, view: View = View()) -> SceneData:
     """Read a bundle, or export a .blend and read that. InputError names what is wrong in one line."""
-    with opening(path, blender) as opened:
+    with opening(path, blender, view) as opened:
         return opened()
 
 
 @contextmanager
-def opening(path: Path, blender: Path | None = None) -> Iterator[Callable[[], SceneData]]:
+def opening(path: Path, blender: Path | None = None, view: View = View()) -> Iterator[Callable[[], SceneData]]:
     """`open_scene` for whoever has other things to do while Blender exports: yields what waits for the scene.
 
     InputError comes from there, or at once where no Blender is needed to see what is wrong. Nothing is left of an export after the block.
     """
     if path.suffix != ".blend":
+        view.check_none(path)
         scene = load(path)
         yield lambda: scene
         return
-    command = _command(path, blender)
+    command = exporter(path, blender)
     with tempfile.TemporaryDirectory() as folder:
         bundle = Path(folder) / f"{path.stem}.npz"
-        with _exporting(command, path, bundle) as finish:
+        with _exporting(command, path, bundle, view) as finish:
 
             def opened() -> SceneData:
                 finish()
@@ -48,18 +50,18 @@ def opening(path: Path, blender: Path | None = None) -> Iterator[Callable[[], Sc
             yield opened
 
 
-def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bool = False) -> tuple[Loss, ...]:
+def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bool = False, view: View = View()) -> tuple[Loss, ...]:
     """Write the bundle of a .blend, through the bpy module or a Blender executable; returns the coverage report.
 
     With `strict` a coverage report that is not empty is an InputError, too. On any error `bundle` stays as it was.
     """
-    command = _command(blend, blender)
+    command = exporter(blend, blender)
     try:
         bundle.parent.mkdir(parents=True, exist_ok=True)
         # A folder for the child to write to, so that nothing remains of it even if it is killed.
         with tempfile.TemporaryDirectory(prefix=".export-", dir=bundle.parent) as folder:
             part = Path(folder).resolve() / bundle.name
-            with _exporting(command, blend, part, *["--strict"] * strict) as finish:
+            with _exporting(command, blend, part, view, *["--strict"] * strict) as finish:
                 coverage = finish()
             os.replace(part, bundle)
     except OSError as error:
@@ -77,7 +79,7 @@ def _check(blend: Path) -> None:
         raise InputError(f"{blend} is not a .blend file")
 
 
-def _command(blend: Path, blender: Path | None) -> list[str]:
+def exporter(blend: Path, blender: Path | None) -> list[str]:
     """What starts the exporter. InputError where it has no hope of opening the file."""
     _check(blend)
     if not _SCRIPT.is_file():
@@ -92,9 +94,9 @@ def _command(blend: Path, blender: Path | None) -> list[str]:
 
 
 @contextmanager
-def _exporting(command: list[str], blend: Path, bundle: Path, *options: str) -> Iterator[Callable[[], tuple[Loss, ...]]]:
+def _exporting(command: list[str], blend: Path, bundle: Path, view: View, *options: str) -> Iterator[Callable[[], tuple[Loss, ...]]]:
     """A child that exports; yields what waits for its end and gives the coverage report. The child never outlives the block."""
-    arguments = [*command, str(blend.resolve()), str(bundle), *options]
+    arguments = [*command, str(blend.resolve()), str(bundle), "--view", view.to_json(), *options]
     pipe = subprocess.PIPE
     try:
         child = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace")
@@ -110,16 +112,22 @@ def _exporting(command: list[str], blend: Path, bundle: Path, *options: str) -> 
 def _coverage(child: subprocess.Popen[str], blend: Path) -> tuple[Loss, ...]:
     """The coverage report in the JSON line of a finished export."""
     said, complained = child.communicate()
-    outcome = _json_line(said)
-    if "error" in outcome:
-        raise InputError(outcome["error"])
-    if "ok" not in outcome:
-        last = (complained.strip() or said.strip() or "it said nothing").splitlines()[-1]
-        raise InputError(f"Blender failed on {blend} with status {child.returncode}: {last}")
+    outcome = next((found for line in reversed(said.splitlines()) if (found := outcome_of(line))), None)
+    if outcome is None:
+        raise failure(blend, child.returncode, complained.strip() or said.strip())
     return tuple(Loss(**loss) for loss in outcome["coverage"])
 
 
-def _json_line(text: str) -> dict[str, Any]:
-    """The last line of JSON; Blender writes lines of its own before and after it."""
-    lines = [line for line in text.splitlines() if line.startswith(('{"ok"', '{"error"'))]
-    return json.loads(lines[-1]) if lines else {}
+def outcome_of(line: str) -> dict[str, Any] | None:
+    """What a line of the exporter says; None for the lines that Blender writes. InputError where it is an error."""
+    if not line.startswith(('{"ok"', '{"error"')):
+        return None
+    outcome = json.loads(line)
+    if "error" in outcome:
+        raise InputError(outcome["error"])
+    return outcome
+
+
+def failure(blend: Path, status: int, words: str) -> InputError:
+    """The error of an exporter that ended without a word about it."""
+    return InputError(f"Blender failed on {blend} with status {status}: {(words or 'it said nothing').splitlines()[-1]}")

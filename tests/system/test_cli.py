@@ -34,7 +34,7 @@ def test_render_writes_an_image_and_how_it_was_made(rlg_process, bundle, tmp_pat
     out = tmp_path / "new" / "out"
     done = rlg_process("render", bundle, "--out", out, "--spp", 3, "--guide", "dqn", "--seed", 5, "--nee", *SMALL)
     assert (done.returncode, done.stdout) == (0, f"{out / 'image.exr'}\n")
-    assert files(out) == {"image.exr", "result.json"}
+    assert files(out) == {"image.exr", "image.png", "result.json"}
     image, header = read_exr(out / "image.exr")
     result = json.loads((out / "result.json").read_text())
     assert image.shape == (12, 12, 3)
@@ -52,7 +52,7 @@ def test_passes_and_a_denoised_image_are_written_beside_the_image(rlg, tmp_path)
     out = tmp_path / "out"
     done = rlg("render", tmp_path / "tiny.npz", "--out", out, "--spp", 16, "--nee", "--passes", "--denoise")
     assert (done.returncode, done.stdout) == (0, f"{out / 'image.exr'}\n")
-    assert files(out) == {"image.exr", "passes.exr", "denoised.exr", "result.json"}
+    assert files(out) == {"image.exr", "image.png", "passes.exr", "denoised.exr", "denoised.png", "result.json"}
     image, quiet = (read_exr(out / name)[0] for name in ("image.exr", "denoised.exr"))
     np.testing.assert_array_equal(read_exr(out / "passes.exr")[0], image)
     truth = render(scenes.tiny(48), Render(spp=256, nee=True, seed=1)).image
@@ -96,6 +96,20 @@ def test_compare_writes_a_report_and_a_row_for_each_run(rlg, bundle, tmp_path):
     assert len(rows) == len(expected)
     assert all(float(row[name]) >= 0 for row in rows for name in COLUMNS[3:])
     assert "<html" in (out / "report.html").read_text()
+
+
+def test_compare_takes_a_reference_from_a_file(rlg, bundle, tmp_path):
+    image, command = read_exr_of(rlg, bundle, tmp_path / "one"), ["--methods", "bsdf", "--spp", 1, "--seed", 3]
+    assert rlg("compare", bundle, *command, "--out", tmp_path / "out", "--reference", tmp_path / "one" / "image.exr").returncode == 0
+    result = json.loads((tmp_path / "out" / "tiny" / "bsdf" / "seed-3" / "result.json").read_text())
+    np.testing.assert_array_equal(read_exr(tmp_path / "out" / "tiny" / "reference.exr")[0], image)
+    assert result["metrics"] == {"mape_display": 0, "mape": 0, "relmse": 0, "flip": pytest.approx(0, abs=1e-6)}
+    assert "(image.exr)" in (tmp_path / "out" / "report.html").read_text()
+
+
+def read_exr_of(rlg, bundle: Path, out: Path) -> np.ndarray:
+    assert rlg("render", bundle, "--out", out, "--spp", 1, "--seed", 3, "--preset", "bsdf").returncode == 0
+    return read_exr(out / "image.exr")[0]
 
 
 def test_metrics_prints_json(capsys, tmp_path):
@@ -164,6 +178,31 @@ BAD = {
     "--pixel: invalid int value: 'x'": ["inspect", "{bundle}", "--out", "{out}", "--guide", "qtable", "--pixel", "x", "3"],
     "pixel (12, 3) is not one of the 12 x 12": ["inspect", "{bundle}", "--out", "{out}", "--guide", "qtable", "--pixel", "12", "3"],
     "pixel (3, -1) is not one of the 12 x 12": [*COMPARE, "bsdf", "--probe", "3", "-1"],
+    "--frame is for .blend files: {bundle} is a bundle": [*RENDER, "--frame", "3"],
+    "--camera is for .blend files: {bundle} is a bundle": [*COMPARE, "bsdf", "--camera", "auto"],
+    "--percentage is for .blend files: {bundle} is a bundle": ["inspect", *RENDER[1:], "--guide", "qtable", "--percentage", "50"],
+    "--frames is for .blend files: {bundle} is a bundle": [*RENDER, "--frames", "1..2"],
+    "--frame and --frames exclude each other": [*RENDER, "--frames", "1..2", "--frame", "1"],
+    "'1-5' is not a range of frames like 1..250": [*RENDER, "--frames", "1-5"],
+    "5..1 has no frame": [*RENDER, "--frames", "5..1"],
+    "step 0 is not within 1": [*RENDER, "--frames", "1..5..0"],
+    "frame 9999999 is not within -1048574 and 1048574": [*RENDER, "--frame", "9999999"],
+    "frame 'last' is not a whole number": [*RENDER, "--frame", "last"],
+    "'640' is not a width and a height": [*RENDER, "--resolution", "640"],
+    "width 1 is not within 4 and 65536": [*RENDER, "--resolution", "1x640"],
+    "percentage 0 is not within 1": [*RENDER, "--percentage", "0"],
+    "--camera: the name is empty": [*RENDER, "--camera", ""],
+    "cannot read {here}/none.exr": [*COMPARE[:-3], "--methods", "bsdf", "--reference", "{here}/none.exr"],
+    "image.exr is 4 x 4 pixels, but scene 'tiny' renders 12 x 12": [*COMPARE[:-3], "--methods", "bsdf", "--reference", "{here}/image.exr"],
+    "--reference-spp: not allowed with argument --reference": [
+        *COMPARE[:-3],
+        "--reference",
+        "x.exr",
+        "--reference-spp",
+        "1",
+        "--methods",
+        "bsdf",
+    ],
     "--reference-spp: -1": [*COMPARE, "bsdf", "--reference-spp", "-1"],
     "--dqn.width concerns none of": [*COMPARE, "bsdf,uniform", "--dqn.width", "8"],
     "cannot write to {here}/file/x: ": ["render", "{bundle}", "--out", "{here}/file/x"],

@@ -32,7 +32,7 @@ def test_inspect_renders_and_shows_what_is_learnt(rlg, bundle, tmp_path, guide):
     done = rlg("inspect", bundle, "--out", out, "--spp", 4, *guide, "--pixel", 6, 11)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [str(out / name) for name in ("image.exr", "states.png", "q.png")]
-    assert {path.name for path in out.iterdir()} == {"image.exr", "result.json", "states.png", "q.png"}
+    assert {path.name for path in out.iterdir()} == {"image.exr", "image.png", "result.json", "states.png", "q.png"}
     assert result(out)["probe"].items() >= {"pixel": [6, 11], "rows": 3, "columns": 4}.items()
     assert rlg("render", bundle, "--out", tmp_path / "plain", "--spp", 4, *guide).returncode == 0
     np.testing.assert_array_equal(read_exr(out / "image.exr")[0], read_exr(tmp_path / "plain" / "image.exr")[0])

@@ -31,7 +31,7 @@ def everything(folder: Path) -> set[str]:
 
 def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
     """Every pixel is that of the whole passes, to the bit, or has all its samples of the pass under way, too."""
-    assert everything(out) == {"image.exr", "result.json"}
+    assert everything(out) == {"image.exr", "image.png", "result.json"}
     result = json.loads((out / "result.json").read_text())
     assert result["finished"] is False
     whole = result["curve"][-1]["samples"]

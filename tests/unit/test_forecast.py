@@ -1,4 +1,4 @@
-"""The estimate of a sweep: by runs of the same method on the same scene, else of the method, else of any."""
+"""The estimate of a sweep: by runs of the same method on the same scene, else of the method, else of the kind of guide."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,27 +8,44 @@ import pytest
 
 from blender_rl_guiding.experiments.forecast import Forecast
 from blender_rl_guiding.experiments.runs import RENDERED, Judge
-from blender_rl_guiding.experiments.tasks import Outcome, Task
-from blender_rl_guiding.settings import Render
+from blender_rl_guiding.experiments.tasks import Outcome, Pace, Task
+from blender_rl_guiding.settings import DQN, QTable, Render, Uniform
+
+GUIDES = {"dqn": DQN(), "small": DQN(width=8), "uniform": Uniform(), "qtable": QTable()}
 
 
 def task(scene: str, method: str) -> Task:
-    return Task(Path(), SimpleNamespace(name=scene), Judge(np.zeros(0), RENDERED), method, Render())
+    settings = Render(guide=GUIDES[method]) if method in GUIDES else Render()
+    return Task(Path(), SimpleNamespace(name=scene), Judge(np.zeros(0), RENDERED), method, settings)
 
 
 def test_runs_to_come_are_weighed_by_those_alike():
-    tasks = [task("a1", "dqn"), task("a1", "uniform"), task("a1", "dqn"), task("c1", "dqn"), task("c1", "bsdf")]
+    tasks = [task("a1", "dqn"), task("a1", "uniform"), task("a1", "dqn"), task("c1", "dqn"), task("c1", "bsdf"), task("c1", "small")]
     forecast = Forecast(tasks, jobs=2)
-    assert (forecast.done, forecast.total, str(forecast)) == (0, 5, "0 of 5")  # nothing is known: a second each
-    forecast.share(tasks[0], 0.5)
-    assert (forecast.done, forecast.total) == (0.5, 5)
+    assert (forecast.done, forecast.total, str(forecast)) == (0, 6, "0 of 6")  # nothing is known: a second each
+    forecast.go(tasks[0], Pace(0.5, 80.0))
+    assert (forecast.done, forecast.total) == (40, 80 + 5)
     forecast.end(tasks[0], Outcome("", 100.0))
     forecast.end(tasks[1], Outcome("", 20.0))
     assert forecast.done == 120
-    assert forecast.total == 120 + 100 + 100 + 60  # known, of the method, of any
-    assert str(forecast) == "2 of 5, about 0:02:10 to go"  # two at a time
-    forecast.share(tasks[3], 0.25)
-    assert forecast.done == pytest.approx(120 + 25)
+    assert forecast.total == 120 + 100 + 100 + 20 + 100  # known, of the method, of those that do not learn, of the guide
+    assert str(forecast) == "2 of 6, about 0:02:40 to go"  # two at a time
+    forecast.go(tasks[3], Pace(0.25, 60.0))
+    assert forecast.done == pytest.approx(120 + 15)
+    assert str(forecast) == "2 of 6, about 0:02:12 to go"
+
+
+def test_learning_is_not_weighed_by_what_does_not_learn():
+    tasks = [task("c1", "uniform"), task("c1", "bsdf"), task("c1", "dqn"), task("c1", "qtable")]
+    forecast = Forecast(tasks, jobs=1)
+    forecast.end(tasks[0], Outcome("", 4.0))
+    assert str(forecast) == "1 of 4, about 0:00:04 to go and dqn, qtable, whose learning has not been timed yet"
+    forecast.end(tasks[1], Outcome("", 2.0))
+    assert str(forecast) == "2 of 4, to go: dqn, qtable, whose learning has not been timed yet"
+    forecast.go(tasks[2], Pace(0.01, 90.0))
+    assert forecast.total == 6 + 90 + 3
+    forecast.end(tasks[2], Outcome("", 98.0))
+    assert str(forecast) == "3 of 4, to go: qtable, whose learning has not been timed yet"
 
 
 def test_a_failed_run_teaches_nothing_and_is_over():

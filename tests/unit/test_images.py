@@ -95,6 +95,16 @@ def test_png_has_the_codes(tmp_path: Path, image: np.ndarray):
         assert np.array_equal(np.asarray(file), to_display(image))
 
 
+def test_png_has_colours_without_alpha_and_coverage_without_gamma(tmp_path: Path):
+    from PIL import Image
+
+    write_png(tmp_path / "image.png", np.array([[(0.1, 0.2, 0.25, 0.5), (0, 0, 0, 0), (9, 1, 0, 1.0001)]], np.float32))
+    with Image.open(tmp_path / "image.png") as file:
+        codes = np.asarray(file)
+    np.testing.assert_array_equal(codes[0, 0], [*to_display(np.array((0.2, 0.4, 0.5))), 128])
+    np.testing.assert_array_equal(codes[0, 1:], [(0, 0, 0, 0), (255, 255, 0, 255)])
+
+
 READ_IN_BLENDER = """
 import sys, bpy, numpy as np
 image = bpy.data.images.load(sys.argv[1])

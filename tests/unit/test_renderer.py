@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from blender_rl_guiding.guiding.base import Transitions
+from blender_rl_guiding.guiding.base import OnStep, Transitions
 from blender_rl_guiding.guiding.directions import Directions, one_cell
 from blender_rl_guiding.guiding.dqn import DQNGuide
 from blender_rl_guiding.render import Result, render, renderer
@@ -86,7 +86,7 @@ class Told:
     def wanted(self) -> int:
         return 10
 
-    def learn(self, transitions: Transitions) -> dict[str, Any]:
+    def learn(self, transitions: Transitions, on_step: OnStep) -> dict[str, Any]:
         return next(self._told)
 
 

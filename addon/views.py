@@ -1,0 +1,81 @@
+"""Opens a .blend at the scene, camera, frame and size that a `View` asks for. The file on disk stays as it is."""
+
+import hashlib
+from pathlib import Path
+
+import bpy
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.view import AUTO, View
+
+
+def opened(blend: Path, view: View) -> bpy.types.Scene:
+    """The scene of a file that is to be rendered. Scripts inside of it do not run. InputError names what the file has instead."""
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(blend.absolute()), load_ui=False, use_scripts=False)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split()).rpartition(": ")[2]
+        raise InputError(f"Blender cannot open {blend}, it may be damaged: {reason}") from error
+    scene = _scene(blend, view.scene) if view.scene else bpy.context.scene
+    bpy.context.window.scene = scene  # a render of another takes its objects as they are at this one's frame
+    if view.frame is not None:
+        scene.frame_set(view.frame)  # which lets a marker switch the camera, too
+    _set_size(scene.render, view)
+    _set_camera(blend, scene, view.camera)
+    return scene
+
+
+def _scene(blend: Path, name: str) -> bpy.types.Scene:
+    if name not in bpy.data.scenes:
+        raise InputError(f"{blend.name} has no scene '{name}', but {_listed(bpy.data.scenes)}")
+    return bpy.data.scenes[name]
+
+
+def _set_size(render: bpy.types.RenderSettings, view: View) -> None:
+    if view.resolution:
+        render.resolution_x, render.resolution_y = view.resolution
+        render.resolution_percentage = 100
+    if view.percentage:
+        render.resolution_percentage = view.percentage
+
+
+def _set_camera(blend: Path, scene: bpy.types.Scene, name: str | None) -> None:
+    cameras = [thing for thing in scene.objects if thing.type == "CAMERA"]
+    if name == AUTO:  # which a plain camera holds the place of, until all that it is to see has been read
+        chosen = [bpy.data.objects.new(AUTO, bpy.data.cameras.new(AUTO))]
+        scene.render.use_border = False  # it was drawn in another camera's picture
+    elif name:
+        chosen = [thing for thing in cameras if thing.name == name]
+        if not chosen:
+            raise InputError(f"{blend.name}: scene '{scene.name}' has no camera '{name}', but {_listed(cameras)}; or --camera {AUTO}")
+    elif scene.camera and scene.camera.type == "CAMERA":
+        return
+    else:
+        others = f", --camera NAME takes one of {_listed(cameras)}" if cameras else ""
+        raise InputError(f"{blend.name}: scene '{scene.name}' has no camera: --camera {AUTO} frames all that renders{others}")
+    for marker in scene.timeline_markers:
+        marker.camera = None  # or it would take over again at the next frame
+    scene.camera = chosen[0]
+
+
+def _listed(things: list[bpy.types.ID]) -> str:
+    return ", ".join(f"'{thing.name}'" for thing in things) or "none at all"
+
+
+def source_key(blend: Path, view: View) -> str:
+    """What frames of the open file are made of: SHA-256 of the file, of size and date of the files that it refers to, and of the view."""
+    digest = hashlib.sha256(f"{view.to_json()} {bpy.app.version_string}".encode())
+    with blend.open("rb") as file:
+        while chunk := file.read(1 << 20):
+            digest.update(chunk)
+    for path in sorted({*bpy.utils.blend_paths(absolute=True)}):
+        digest.update(_stamp(Path(path)).encode())
+    return digest.hexdigest()
+
+
+def _stamp(path: Path) -> str:
+    try:
+        about = path.stat()
+    except OSError:
+        return f"{path} missing\n"
+    return f"{path} {about.st_size} {about.st_mtime_ns}\n"

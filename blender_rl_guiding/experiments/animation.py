@@ -1,0 +1,76 @@
+"""Renders an animation into numbered files. Blender exports the next frame meanwhile; frames that are done already are skipped."""
+
+import time
+from collections.abc import Iterator, Sequence
+from datetime import timedelta
+from pathlib import Path
+
+from ..render import Result, render, warm_up
+from ..render.estimate import share
+from ..scene.data import SceneData
+from ..scene.frames import Frames, exporting_frames
+from ..scene.view import View
+from ..settings import Machine, Render
+from .progress import Progress
+from .runs import Frame, frame_is_done, save_run
+
+
+def animate(
+    folder: Path,
+    blend: Path,
+    view: View,
+    numbers: Sequence[int],
+    settings: Render,
+    machine: Machine,
+    method: str,
+    progress: Progress,
+    blender: Path | None = None,
+) -> list[Path]:
+    """Render the frames `numbers` of a .blend that `folder` does not hold of this file and these settings already; returns all images.
+
+    `method` is what the results are called after. Interrupted, all frames that are written are whole, and the next call goes on from there.
+    InputError where a frame cannot be exported; those before it are written.
+    """
+    with exporting_frames(blend, view, blender) as exporter:
+        with progress.bar("compiling kernels (once after an update)", 1):  # while Blender opens the file
+            warm_up(settings.guide, machine)
+        with progress.bar(f"opening {blend.name}", 1):
+            source = exporter.source()
+        due = [number for number in numbers if not frame_is_done(folder, Frame(number, source), settings)]
+        _tell_kept(folder, numbers, due, progress)
+        with progress.bar("", len(due)) as advance:
+            began, lost = time.monotonic(), 0
+            for done, (number, scene) in enumerate(_exported(exporter, due)):
+
+                def on_pass(state: Result, done: int = done, number: int = number) -> None:
+                    advance(done + share(state, settings), description=f"{blend.name}, frame {number}")
+
+                result = render(scene, settings, machine, on_pass, on_step=on_pass)
+                save_run(folder, scene, method, settings, machine, result, None, frame=Frame(number, source))
+                each = (time.monotonic() - began) / (done + 1)
+                left = timedelta(seconds=round(each * (len(due) - done - 1)))
+                progress.note(f"frame {number}: {result.seconds:.1f} s ({done + 1} of {len(due)}, about {left} to go)")
+                lost += bool(scene.coverage)
+    if lost:
+        progress.note(f"{blend.name}: in {lost} frame(s) something was left out or replaced; `rlg export --frame N` lists it")
+    return [folder / f"image{Frame(number, source).suffix}.exr" for number in numbers]
+
+
+def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int], progress: Progress) -> None:
+    """Say how many frames are kept, and how many are there but not of this file and these settings, and so are rendered again."""
+    if len(due) < len(numbers):
+        progress.note(f"{len(numbers) - len(due)} of {len(numbers)} frames are done")
+    other = [number for number in due if (folder / f"result{Frame(number, '').suffix}.json").exists()]
+    if other:
+        progress.note(f"{len(other)} frame(s) were made with other settings or of another state of the file: they are rendered again")
+
+
+def _exported(exporter: Frames, numbers: Sequence[int]) -> Iterator[tuple[int, SceneData]]:
+    """Each frame, while the one after it is being exported."""
+    for number in numbers[:1]:
+        exporter.ask(number)
+    for number, following in zip(numbers, [*numbers[1:], None], strict=True):
+        scene = exporter.take()
+        if following is not None:
+            exporter.ask(following)
+        yield number, scene

@@ -1,0 +1,26 @@
+"""How far a render has come, and how long it will still take: samples take equally long, and so do training steps."""
+
+from ..settings import DQN, Render
+from .renderer import Result
+
+
+def left(state: Result, settings: Render) -> float:
+    """Seconds that remain: tracing and learning, each by what it took so far; no more than the time limit leaves."""
+    samples = state.film.samples
+    tracing = (state.seconds - state.learn_seconds) / samples * (settings.spp - samples)
+    done, to_do = _learning(state, settings)
+    seconds = tracing + (state.learn_seconds / done * to_do if done else 0.0)
+    return min(seconds, max(0.0, settings.seconds - state.seconds)) if settings.seconds else seconds
+
+
+def share(state: Result, settings: Render) -> float:
+    """The share of the render's time that is behind us, 0..1."""
+    return state.seconds / max(state.seconds + left(state, settings), 1e-9)
+
+
+def _learning(state: Result, settings: Render) -> tuple[int, int]:
+    """How much is learnt, and how much is to come: steps of training, or passes of a sample. Nothing is learnt from the last pass."""
+    guide, done, passes = settings.guide, state.film.samples, max(0, settings.spp - 1 - state.film.samples)
+    if not isinstance(guide, DQN):
+        return done, passes
+    return state.steps, min(max(0, guide.first_steps - state.steps) + passes * guide.steps, guide.max_steps - state.steps)

@@ -1,0 +1,213 @@
+"""`--camera auto`: where a camera stands from which everything is seen that is worth it. Numpy only: Blender runs this, too."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from .data import SceneData
+from .description import CAMERA, Camera, Matrix
+from .view import AUTO, View
+
+# From what is looked at to the camera: from the front, which is -y in Blender, a little from the right and from above.
+OUTSIDE = np.array((0.5, -0.87, 0.45)) / np.linalg.norm((0.5, -0.87, 0.45))
+MARGIN = 1.08  # how much farther away the camera is than it would have to be
+BACKDROP = 4.0  # a ground or a sky is that many times as large as what it is behind, at least
+FLAT = 0.25  # thickness of a ground, at most, as a share of its longest side
+ENCLOSED, HIDDEN = 0.6, 0.5  # shares of directions that are blocked, and of objects that are not seen from outside, in a room
+WIDE = 50 / 24  # how much wider the lens is in a room
+STEP_BACK = 0.9  # where the camera stands in a room, as a share of the way to its wall
+OCCLUDERS = 50_000  # triangles that sight is tested against: the largest
+TESTED = 64  # objects that are looked for, at most
+_PLACES = (0.0, 0.0), (-0.3, -0.3), (-0.3, 0.3), (0.3, -0.3), (0.3, 0.3)  # from where walls are looked for, in shares of the sides
+
+
+class Objects(NamedTuple):
+    """What of a scene a camera is to see."""
+
+    boxes: np.ndarray  # (n, 2, 3) float64, lowest and highest corner of each
+    names: np.ndarray  # (n,) their indices in the scene
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner of all, (3,) each."""
+        return self.boxes[:, 0].min(axis=0), self.boxes[:, 1].max(axis=0)
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """(n,) diagonals."""
+        return np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
+
+    def where(self, mask: np.ndarray) -> "Objects":
+        """Some of them."""
+        return Objects(self.boxes[mask], self.names[mask])
+
+
+def viewed(scene: SceneData, view: View) -> SceneData:
+    """The scene by the camera that was asked for; it was exported by the one that Blender has."""
+    return replace(scene, camera=framed(scene)) if view.camera == AUTO else scene
+
+
+def framed(scene: SceneData) -> Camera:
+    """The scene's camera, a perspective without shift, moved and turned to where it sees all objects but lights and backdrops.
+
+    It stands in front of them; or among them with a wider lens, where they are a room that hides what is in it.
+    """
+    everything = _objects(scene)
+    lit = _without_lights(scene, everything)
+    left_out = _backdrops(lit)
+    shown = lit.where(~left_out)
+    far = 10 * float(np.linalg.norm(np.subtract(*everything.bounds)))
+    camera = replace(scene.camera, far=max(far, scene.camera.far))
+    corners, owners = _occluders(scene, shown)
+    outside = _from_outside(shown, camera, cut=_encloses(lit.boxes[left_out], *shown.bounds).any())
+    if _is_room(shown, np.array(outside.to_world)[:3, 3], corners, owners):
+        return _from_inside(shown, camera, corners)
+    return outside
+
+
+# --- what is to be seen ----------------------------------------------------------------------------------------------
+
+
+def _objects(scene: SceneData) -> Objects:
+    """All objects that the camera sees; a cube of 2 m where there is none."""
+    seen = (scene.visibility[scene.object] & CAMERA) != 0
+    triangles, owners = scene.triangles[seen], scene.object[seen]
+    if not len(triangles):
+        return Objects(np.array([[(-1.0,) * 3, (1.0,) * 3]]), np.array([-1]))
+    names, starts = np.unique(owners, return_index=True)  # triangles of an object follow each other
+    boxes = np.empty((len(names), 2, 3))
+    for side, extreme in enumerate((np.minimum, np.maximum)):
+        a, b, c = (scene.vertices[corner] for corner in triangles.T)
+        boxes[:, side] = extreme.reduceat(extreme(extreme(a, b), c), starts)
+    return Objects(boxes, names)
+
+
+def _without_lights(scene: SceneData, objects: Objects) -> Objects:
+    """Those that do more than shine; all, if none does."""
+    shines = np.array([{closure.kind for closure in shader.closures} == {"emission"} for shader in scene.shaders], bool)
+    plain = np.isin(objects.names, scene.object[~shines[scene.material]])
+    return objects.where(plain) if plain.any() else objects
+
+
+def _backdrops(objects: Objects) -> np.ndarray:
+    """(n,) bool: grounds, walls and skies, which are flat or around what is in front of them, and much larger than that."""
+    sizes, found = objects.sizes, np.zeros(len(objects.boxes), bool)
+    for k in np.argsort(-sizes, kind="stable"):
+        smaller = objects.where(sizes < sizes[k] / 2)
+        if not len(smaller.boxes):
+            break
+        low, high = smaller.bounds
+        sides = objects.boxes[k, 1] - objects.boxes[k, 0]
+        behind = sides.min() <= FLAT * sides.max() or _encloses(objects.boxes[k], low, high)
+        found[k] = behind and sizes[k] > BACKDROP * np.linalg.norm(high - low)
+        if not found[k]:
+            break
+    return found
+
+
+def _encloses(box: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether boxes, (..., 2, 3), stand around the box from `low` to `high`; (...) bool."""
+    return ((box[..., 0, :] <= low) & (box[..., 1, :] >= high)).all(axis=-1)
+
+
+# --- from outside ----------------------------------------------------------------------------------------------------
+
+
+def _from_outside(shown: Objects, camera: Camera, cut: bool) -> Camera:
+    """In front of it, with all of it in the image; `cut` clips what is nearer, a sky around it."""
+    low, high = shown.bounds
+    target, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
+    axes = _axes(OUTSIDE)
+    distance = _distance((_corners(shown.boxes) - target) @ axes, camera.window) * MARGIN
+    near = max(distance - radius * MARGIN, 0.0) if cut else min(camera.near, 0.01 * radius)
+    return replace(camera, to_world=_matrix(axes, target + distance * OUTSIDE), near=near, far=2 * distance + camera.far)
+
+
+def _distance(points: np.ndarray, window: tuple[float, ...]) -> float:
+    """How far from the origin a camera on +z has to be to see all points, (n, 3), through its window."""
+    half = (window[1] - window[0]) / 2, (window[3] - window[2]) / 2
+    return float(max((points[:, 2] + np.abs(points[:, axis]) / half[axis]).max() for axis in (0, 1)))
+
+
+def _corners(boxes: np.ndarray) -> np.ndarray:
+    """(8 n, 3): the corners of boxes."""
+    picks = np.stack(np.meshgrid(*[[0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    return boxes[:, picks, np.arange(3)].reshape(-1, 3)
+
+
+# --- in a room -------------------------------------------------------------------------------------------------------
+
+
+def _is_room(shown: Objects, outside: np.ndarray, corners: np.ndarray, owners: np.ndarray) -> bool:
+    """Whether it is walled in all over, and whoever looks from outside does not see most of what is there."""
+    low, high = shown.bounds
+    places = [(low + high) / 2 + (x * (high - low)[0], y * (high - low)[1], 0) for x, y in _PLACES]
+    directions = np.stack([_turned(turn, height) for height in (-0.6, -0.2, 0.2, 0.6) for turn in range(0, 16, 2)])
+    if np.isfinite([_sight(place, directions, corners) for place in places]).mean() < ENCLOSED:
+        return False
+    tested = np.linspace(0, len(shown.boxes) - 1, min(len(shown.boxes), TESTED)).astype(int)
+    ways = shown.boxes[tested].mean(axis=1) - outside
+    hidden = [_sight(outside, way[None], corners[owners != name])[0] < 1 for way, name in zip(ways, shown.names[tested], strict=True)]
+    return float(np.mean(hidden)) > HIDDEN
+
+
+def _from_inside(shown: Objects, camera: Camera, corners: np.ndarray) -> Camera:
+    """As far back in the room as can be, looking at its middle by a wider lens."""
+    low, high = shown.bounds
+    middle = (low + high) / 2
+    heights = [middle + np.array((0, 0, share * (high[2] - low[2]))) for share in (0.0, 0.15, 0.3)]
+    ways = np.stack([_turned(turn, 0.1) for turn in range(16)])
+    free = np.stack([_sight(start, ways, corners) for start in heights])
+    free[~np.isfinite(free)] = 0.0  # out of a window
+    start, way = np.unravel_index(np.argmax(free), free.shape)
+    place = heights[start] + STEP_BACK * free[start, way] * ways[way]
+    left, right, bottom, top = (WIDE * edge for edge in camera.window)
+    near = min(camera.near, 1e-3 * float(np.linalg.norm(high - low)))
+    return replace(camera, to_world=_matrix(_axes(place - middle), place), window=(left, right, bottom, top), near=near)
+
+
+def _turned(turn: int, height: float) -> np.ndarray:
+    """A unit vector that many sixteenths of a turn from `OUTSIDE`, counterclockwise, of this z."""
+    angle = np.arctan2(OUTSIDE[1], OUTSIDE[0]) + turn * np.pi / 8
+    return np.array([*np.sqrt(1 - height**2) * np.array([np.cos(angle), np.sin(angle)]), height])
+
+
+def _occluders(scene: SceneData, shown: Objects) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3, 3) corners and (n,) objects of the largest triangles of what is shown."""
+    mine = np.flatnonzero(np.isin(scene.object, shown.names))
+    a, b, c = (scene.vertices[corner] for corner in scene.triangles[mine].T)
+    areas = (np.cross(b - a, c - a) ** 2).sum(axis=1)
+    largest = mine[np.argpartition(-areas, OCCLUDERS)[:OCCLUDERS]] if len(mine) > OCCLUDERS else mine
+    return scene.vertices[scene.triangles[largest]].astype(np.float64), scene.object[largest]
+
+
+def _sight(origin: np.ndarray, directions: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(m,): how far one sees from a point in each direction, (m, 3), in units of its length; inf where nothing is in the way."""
+    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    ao, found = origin - a, np.full(len(directions), np.inf)
+    q = np.cross(ao, ab)
+    for k, direction in enumerate(directions):
+        p = np.cross(direction, ac)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inverse = 1 / (ab * p).sum(axis=1)
+            u, v, t = (ao * p).sum(axis=1) * inverse, q @ direction * inverse, (ac * q).sum(axis=1) * inverse
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-6)
+        found[k] = t[hit].min(initial=np.inf)
+    return found
+
+
+# --- a camera's matrix -----------------------------------------------------------------------------------------------
+
+
+def _axes(backwards: np.ndarray) -> np.ndarray:
+    """(3, 3): the columns are a camera's right, up and backwards, of unit length, with the horizon level."""
+    backwards = backwards / np.linalg.norm(backwards)
+    right = np.cross((0.0, 0.0, 1.0), backwards)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(backwards, right), backwards], axis=1)
+
+
+def _matrix(axes: np.ndarray, place: np.ndarray) -> Matrix:
+    rows = np.hstack([axes, place[:, None]])
+    return *(tuple(map(float, row)) for row in rows), (0.0, 0.0, 0.0, 1.0)
