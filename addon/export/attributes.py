@@ -26,6 +26,7 @@ _TYPES: dict[str, tuple[str, tuple[int, ...]]] = {
 class Placed(NamedTuple):
     """An instance of a mesh, in all its forms."""
 
+    key: int  # tells meshes apart
     data: bpy.types.Mesh
     mesh: Mesh
     triangles: Triangles
@@ -43,16 +44,23 @@ class Attributes:
         self._rows: dict[tuple[int, int], int] = {}  # of attribute and object
         self._shared: dict[tuple, int] = {}  # of what instances of one mesh have in common
 
-    def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> None:
-        """Attribute `number`, named as in `Resources`, of object `owner`; nothing where the mesh has no such thing."""
-        name = (placed.data.as_pointer(), key, placed.triangles.mirrored)
+    def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> bool:
+        """Attribute `number`, named as in `Resources`, of object `owner`; nothing where the mesh has no such thing.
+
+        Returns whether all numbers read are finite; where one is not, 0 is in its place.
+        """
+        name = (placed.key, key, placed.triangles.mirrored)
         shared = placed.triangles.kept is None and not _depends_on_place(key)
         if shared and name in self._shared:
             self._rows[number, owner] = self._shared[name]
         elif (values := read(key, placed)) is not None:
+            finite = np.isfinite(values)
+            values = values if (all_finite := bool(finite.all())) else np.where(finite, values, np.float32(0))
             self._rows[number, owner] = self._shared[name] = self._count
             self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
             self._count += len(self._blocks[-1])
+            return all_finite
+        return True
 
     def arrays(self, attributes: int, objects: int) -> tuple[np.ndarray, np.ndarray]:
         """What `SceneData` calls attributes and attribute_rows."""
@@ -149,7 +157,7 @@ _READERS: dict[str, Callable[[Placed, str], np.ndarray | None]] = {
 
 def _tangents(placed: Placed, name: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Tangents (T, 3, 3) and signs (T,)."""
-    key, mesh = (placed.data.as_pointer(), name), placed.mesh
+    key, mesh = (placed.key, name), placed.mesh
     if key not in placed.tangents and (uvs := _uv(placed, name)) is not None:
         placed.tangents[key] = tangents(mesh.vertices[mesh.corners], mesh.normals[mesh.normal], uvs[..., :2])
     return placed.tangents.get(key)

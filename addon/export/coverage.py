@@ -5,9 +5,10 @@ from typing import Any
 
 import bpy
 
-from blender_rl_guiding.scene.description import Loss
+from blender_rl_guiding.scene.data import emits
+from blender_rl_guiding.scene.description import Closure, Loss, Shader
 
-from .visibility import source
+from .visibility import source, visibility
 
 # Everything else that is not a mesh leaves no trace in a render: empties, armatures, lattices, cameras, speakers, probes.
 # Texts, curves, surfaces and metaballs with a surface come as meshes of their own beside themselves.
@@ -50,9 +51,11 @@ def of_instance(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.typ
 
 def _of_object(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> Iterator[str]:
     thing = instance.object
+    if not visibility(instance, view_layer):
+        return
     if thing.type in _VISIBLE:
         yield f"{_VISIBLE[thing.type]} is left out"
-    elif isinstance(thing.data, bpy.types.Mesh) and len(thing.data.polygons):
+    elif isinstance(thing.data, bpy.types.Mesh) and (len(thing.data.polygons) or thing.data.is_editmode):
         yield from _of_mesh_object(thing, source(instance).original.holdout_get(view_layer=view_layer))
 
 
@@ -63,10 +66,50 @@ def _of_mesh_object(thing: bpy.types.Object, held_out: bool) -> Iterator[str]:
         yield "shadow catcher: a normal surface stands in"
     if thing.modifiers and getattr(thing.modifiers[-1], "use_adaptive_subdivision", False):
         yield "adaptive subdivision: the render level of the modifier stands in"
-    if thing.light_linking.receiver_collection or thing.light_linking.blocker_collection:
-        yield "light linking: lights everything"
     if hasattr(thing, "cycles"):
         yield from _of_terminator(thing.cycles, smooth=thing.data.normals_domain != "FACE")
+
+
+def of_linking(thing: bpy.types.Object, shaders: Iterable[Shader]) -> Iterator[Loss]:
+    """What is lost of a mesh that chooses what it lights, if it lights anything."""
+    linking = thing.light_linking
+    if (linking.receiver_collection or linking.blocker_collection) and any(emits(c) for shader in shaders for c in shader.closures):
+        yield Loss(thing.name, "", "light linking: lights everything")
+
+
+def of_caustics(scene: bpy.types.Scene, shaders: Iterable[Shader]) -> Iterator[Loss]:
+    """What is lost of caustics that are switched off, if one of the shaders in use casts any."""
+    if not hasattr(scene, "cycles"):
+        return
+    closures = [closure for shader in shaders for closure in shader.closures]
+    for kind, casts in (("reflective", _reflects), ("refractive", _refracts)):
+        if not getattr(scene.cycles, f"caustics_{kind}") and any(map(casts, closures)):
+            yield Loss(scene.name, "render settings", f"{kind} caustics are off: they are in the image")
+
+
+def _reflects(closure: Closure) -> bool:
+    return closure.kind in ("glossy", "metallic", "glass", "principled")
+
+
+def _refracts(closure: Closure) -> bool:
+    return closure.kind in ("glass", "refraction") or closure.inputs.get("transmission", 0.0) != 0.0
+
+
+def of_links(depsgraph: bpy.types.Depsgraph) -> Iterator[Loss]:
+    """What is lost of what Blender itself could not find or compute, of all that takes part in the image."""
+    for block in depsgraph.ids:
+        if block.original.is_missing:
+            library = block.original.library
+            yield Loss(block.name, "", f"missing: its library {library.filepath if library else ''} cannot be read")
+        if bpy.app.autoexec_fail:
+            yield from _of_drivers(block)
+
+
+def _of_drivers(block: bpy.types.ID) -> Iterator[Loss]:
+    """Drivers that Blender refuses while scripts do not run; it computes simple expressions by itself."""
+    for curve in block.animation_data.drivers if getattr(block, "animation_data", None) else ():
+        if curve.driver.type == "SCRIPTED" and not curve.driver.is_valid and not curve.mute:
+            yield Loss(block.name, f"driver of {curve.data_path}[{curve.array_index}]", "it needs Python, and scripts do not run: 0 stands in")
 
 
 def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:
@@ -103,8 +146,6 @@ def _cycles_settings(scene: bpy.types.Scene) -> Iterable[tuple[str, bool]]:
     cycles, render = scene.cycles, scene.render
     return (
         ("transparent glass: the world is visible through glass", render.film_transparent and cycles.film_transparent_glass),
-        ("reflective caustics are off: they are in the image", not cycles.caustics_reflective),
-        ("refractive caustics are off: they are in the image", not cycles.caustics_refractive),
         ("fast global illumination: all bounces are traced", cycles.use_fast_gi),
         ("camera culling: everything is exported", render.use_simplify and cycles.use_camera_cull),
         ("distance culling: everything is exported", render.use_simplify and cycles.use_distance_cull),

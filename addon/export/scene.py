@@ -1,26 +1,31 @@
 """Puts the bundle together from what the other files of this folder read."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import ARRAYS, SceneData, find_fault
-from blender_rl_guiding.scene.description import Lamp, Loss, Shader
+from blender_rl_guiding.scene.data import ARRAYS, SceneData, fault_of_lamp, fault_of_shader, find_fault, find_nothing
+from blender_rl_guiding.scene.description import SHADOW, Lamp, Loss, Shader
 
 from . import coverage
 from .attributes import Attributes, Placed
 from .camera import read_camera
 from .film import read_bounces, read_film
-from .geometry import Mesh, Triangles, place, read_mesh
+from .geometry import Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
 from .lamps import read_lamp
 from .materials import read_material
 from .object_info import object_attribute
 from .resources import Resources, corner_attributes_of
 from .visibility import visibility
 from .world import read_world, world_visibility
+
+
+# What Blender and numpy raise where the data of an object are not what they should be.
+_UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, ValueError)
 
 
 class Collector:
@@ -46,42 +51,64 @@ class Collector:
         self.losses.update(dict.fromkeys(losses))
 
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
-        """Take one instance, if it is a lamp or a mesh that any rays can see."""
+        """Take one instance, if it is a lamp or a mesh that any rays can see. What cannot be read is left out as a whole, and listed."""
+        try:
+            self.note(coverage.of_instance(instance, self._depsgraph.view_layer))
+            if instance.show_self:
+                self._add(instance)
+        except _UNREADABLE as error:
+            reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+            self.note([Loss(instance.object.name, "", f"left out, as it cannot be read: {reason}")])
+
+    def _add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
         seen = visibility(instance, self._depsgraph.view_layer)
         if thing.type == "LIGHT":
-            lamp, losses = read_lamp(thing, matrix, seen)
-            self.lamps += [lamp] if lamp else []
-            self.note(losses)
+            self._add_lamp(thing, matrix, seen)
         elif isinstance(thing.data, bpy.types.Mesh) and seen:
-            self._add_mesh(instance, matrix, seen)
+            with evaluated_mesh(thing) as data:
+                self._add_mesh(instance, data, matrix, seen)
 
-    def _add_mesh(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray, seen: int) -> None:
+    def _add_lamp(self, thing: bpy.types.Object, matrix: np.ndarray, seen: int) -> None:
+        if not seen & ~SHADOW:
+            return  # what nothing sees lights nothing
+        check_transform(matrix)
+        lamp, losses = read_lamp(thing, matrix, seen)
+        if lamp and (fault := fault_of_lamp(lamp)):
+            raise InputError(fault)
+        self.lamps += [lamp] if lamp else []
+        self.note(losses)
+
+    def _add_mesh(self, instance: bpy.types.DepsgraphObjectInstance, data: bpy.types.Mesh, matrix: np.ndarray, seen: int) -> None:
         thing = instance.object
         # The evaluated mesh lives as long as the depsgraph, so its address identifies it.
         key = thing.data.as_pointer()
         if key not in self._meshes:
-            self._meshes[key] = read_mesh(thing)
-        part = place(self._meshes[key], matrix, thing.name)
-        if part.kept is not None:
-            self.note([Loss(thing.name, "mesh", f"{(~part.kept).sum()} triangle(s) without area are left out")])
-        if len(part.corners):
-            self._add_triangles(part, self._indices(thing, part.slots))
-            self._add_attributes(instance, Placed(thing.data, self._meshes[key], part, matrix, self._depsgraph, self._tangents))
-            self.visibility.append(seen)
+            self._meshes[key] = read_mesh(data)
+        part = place(self._meshes[key], matrix)
+        if not len(part.corners):
+            return
+        material = self._indices(thing, part.slots)
+        self.note(coverage.of_linking(thing, [self.shaders[index] for index in np.unique(material)]))
+        # First the object, then its attributes, then its triangles: if something fails, there is an object without triangles.
+        self.object_info.append({name: object_attribute(name, instance) for name in self.resources.object_attributes})
+        self.visibility.append(seen)
+        self._add_attributes(thing.name, material, Placed(key, data, self._meshes[key], part, matrix, self._depsgraph, self._tangents))
+        self._add_triangles(part, material)
 
     def _add_triangles(self, part: Triangles, material: np.ndarray) -> None:
-        own = np.full(len(material), len(self.visibility), np.int32)
+        own = np.full(len(material), len(self.visibility) - 1, np.int32)
         arrays = (part.vertices, part.corners + np.int32(self._vertices), part.normals, material, own)
         for parts, array in zip(self.triangles.values(), arrays, strict=True):
             parts.append(array)
         self._vertices += len(part.vertices)
 
-    def _add_attributes(self, instance: bpy.types.DepsgraphObjectInstance, placed: Placed) -> None:
-        used = np.flatnonzero(np.bincount(self.triangles["material"][-1]))
+    def _add_attributes(self, name: str, material: np.ndarray, placed: Placed) -> None:
+        used = np.flatnonzero(np.bincount(material))
         for number in sorted(set().union(*(corner_attributes_of(self.shaders[index]) for index in used))):
-            self.attributes.add(number, self.resources.corner_attributes[number], len(self.visibility), placed)
-        self.object_info.append({name: object_attribute(name, instance) for name in self.resources.object_attributes})
+            key = self.resources.corner_attributes[number]
+            if not self.attributes.add(number, key, len(self.visibility) - 1, placed):
+                self.note([Loss(name, f"attribute '{key[1] or key[0]}'", "numbers that are not finite: 0 stands in for them")])
 
     def _indices(self, thing: bpy.types.Object, slots: np.ndarray) -> np.ndarray:
         """(T,) indices of `shaders` for the material slots of an object's faces; slots that no face uses leave no trace."""
@@ -97,6 +124,8 @@ class Collector:
         key = material.as_pointer() if material else 0
         if key not in self._shaders:
             shader, notes = read_material(material, self.resources)
+            if fault := fault_of_shader(shader):
+                raise InputError(fault)
             self._shaders[key] = len(self.shaders), tuple(notes)
             self.shaders.append(shader)
         return self._shaders[key]
@@ -129,19 +158,19 @@ def export(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool] = lambda: Fa
         raise InputError(f"{name}: {error}") from error
     if fault := find_fault(data):
         raise InputError(f"{name}: {fault}")
+    if nothing := find_nothing(data):
+        return replace(data, coverage=(*data.coverage, Loss(scene.name, "", nothing)))
     return data
 
 
 def _export(depsgraph: bpy.types.Depsgraph, name: str, stop: Callable[[], bool]) -> SceneData:
     scene, collector = depsgraph.scene, Collector(depsgraph)
     camera, camera_losses = read_camera(depsgraph)
-    world, world_losses = read_world(scene.world, collector.resources)
+    world, world_losses = _world(scene.world, collector.resources)
     for instance in depsgraph.object_instances:
         if stop():
             raise Stopped
-        collector.note(coverage.of_instance(instance, depsgraph.view_layer))
-        if instance.show_self:
-            collector.add(instance)
+        collector.add(instance)
     attributes, rows = collector.attributes.arrays(len(collector.resources.corner_attributes), len(collector.visibility))
     return SceneData(
         name=name,
@@ -159,8 +188,25 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, stop: Callable[[], bool])
         object_attributes=collector.object_attributes(),
         tables=collector.resources.tables,
         textures=tuple(collector.resources.textures),
-        coverage=(*coverage.of_scene(scene, depsgraph.view_layer), *camera_losses, *world_losses, *collector.losses),
+        coverage=(
+            *coverage.of_scene(scene, depsgraph.view_layer),
+            *coverage.of_caustics(scene, collector.shaders),
+            *coverage.of_links(depsgraph),
+            *camera_losses,
+            *world_losses,
+            *collector.losses,
+        ),
     )
+
+
+def _world(world: bpy.types.World | None, resources: Resources) -> tuple[Shader, list[Loss]]:
+    """As `read_world`, black where a number is not finite; nothing is lost of what nothing sees."""
+    shader, losses = read_world(world, resources)
+    if not world_visibility(world) & ~SHADOW:
+        return shader, []
+    if fault := fault_of_shader(shader):
+        return Shader(shader.name), [*losses, Loss(shader.name, "", f"black stands in: {fault}")]
+    return shader, losses
 
 
 def _joined(name: str, parts: list[np.ndarray]) -> np.ndarray:
