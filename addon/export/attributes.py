@@ -171,15 +171,29 @@ def _vertices(mesh: bpy.types.Mesh) -> np.ndarray:
 def _at_corners(mesh: bpy.types.Mesh, name: str, form: Callable[[np.ndarray], np.ndarray]) -> np.ndarray | None:
     """(T, 3, 3), an attribute in one of the forms below; the name "" is the colour attribute for rendering."""
     attribute = mesh.attributes.get(name or mesh.attributes.default_color_name or "")
-    if attribute is None or attribute.data_type not in _TYPES:
+    numbers = _numbers(attribute) if attribute else None
+    if attribute is None or numbers is None:
         return None
-    field, shape = _TYPES[attribute.data_type]
-    values = form(read_array(attribute.data, field, shape, np.float32).reshape(len(attribute.data), -1))
+    values = form(numbers)
     if attribute.domain == "CORNER":
         return values.take(loop_triangles(mesh), axis=0)
     if attribute.domain == "FACE":
         return np.repeat(values[triangle_faces(mesh), None], 3, axis=1)
     return (_of_vertices(mesh, values) if attribute.domain == "EDGE" else values).take(_vertices(mesh), axis=0)
+
+
+def _numbers(attribute: bpy.types.Attribute) -> np.ndarray | None:
+    """(N, n) float32; None for a type that Cycles does not read."""
+    if attribute.data_type not in _TYPES:
+        return None
+    field, shape = _TYPES[attribute.data_type]
+    return read_array(attribute.data, field, shape, np.float32).reshape(len(attribute.data), -1)
+
+
+def colors_of(attribute: bpy.types.Attribute) -> np.ndarray | None:
+    """(N, 4) float32, linear RGBA as of ATTRIBUTE and ATTRIBUTE_ALPHA; None for a type that Cycles does not read."""
+    numbers = _numbers(attribute)
+    return None if numbers is None else np.concatenate([_triples(numbers), _alphas(numbers)[:, :1]], axis=1)
 
 
 def _triples(values: np.ndarray) -> np.ndarray:

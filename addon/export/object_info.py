@@ -3,12 +3,30 @@
 import bpy
 import numpy as np
 
+from blender_rl_guiding.errors import InputError
+
+from .custom_attributes import CustomAttributes
+
 _AXES = ("x_axis", "y_axis", "z_axis")
 _WORD = 2**32
 
 
-def object_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, float, float]:
-    """One of `Resources.object_attributes`: a triple, or a number thrice."""
+def object_attribute(
+    name: str | tuple[str, str, str], instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes
+) -> tuple[float, float, float]:
+    """One of `Resources.object_attributes`: a triple, or a number thrice. InputError where one is not finite."""
+    x, y, z = _custom(*name, instance, custom) if isinstance(name, tuple) else _own(name, instance)
+    if not np.isfinite((x, y, z)).all():
+        raise InputError(f"its {name if isinstance(name, str) else name[1]} is not finite: ({x:g}, {y:g}, {z:g})")
+    return float(x), float(y), float(z)
+
+
+def _custom(kind: str, name: str, part: str, instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> tuple[float, ...]:
+    color = custom.find(kind, name, instance)
+    return (color[3],) * 3 if part == "Alpha" else color[:3]
+
+
+def _own(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, ...]:
     thing = instance.object
     if name in _AXES:
         matrix = np.array(instance.matrix_world, np.float64)[:3, :3]
@@ -19,7 +37,7 @@ def object_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> 
         x, y, z = instance.matrix_world.translation
     else:
         x = y = z = {"alpha": thing.color[3], "object_index": thing.pass_index, "random": random_number(instance)}[name]
-    return float(x), float(y), float(z)
+    return x, y, z
 
 
 def random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:

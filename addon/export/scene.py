@@ -14,6 +14,7 @@ from blender_rl_guiding.scene.description import SHADOW, Lamp, Loss, Shader
 from . import coverage
 from .attributes import Attributes, Placed
 from .camera import read_camera
+from .custom_attributes import CustomAttributes
 from .film import read_bounces, read_film
 from .geometry import Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
 from .lamps import read_lamp
@@ -34,13 +35,14 @@ class Collector:
     def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
         self.triangles: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": [], "object": []}
         self.visibility: list[int] = []
-        self.object_info: list[dict[str, tuple[float, float, float]]] = []
+        self.object_info: list[dict[str | tuple[str, str, str], tuple[float, float, float]]] = []
         self.shaders: list[Shader] = []
         self.lamps: list[Lamp] = []
         self.losses: dict[Loss, None] = {}  # an ordered set
         self.resources = Resources()
         self.attributes = Attributes()
         self._depsgraph = depsgraph
+        self._custom = CustomAttributes(depsgraph)
         self._vertices = 0
         self._meshes: dict[int, Mesh] = {}
         self._tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]] = {}
@@ -91,7 +93,7 @@ class Collector:
         material = self._indices(thing, part.slots)
         self.note(coverage.of_linking(thing, [self.shaders[index] for index in np.unique(material)]))
         # First the object, then its attributes, then its triangles: if something fails, there is an object without triangles.
-        self.object_info.append({name: object_attribute(name, instance) for name in self.resources.object_attributes})
+        self.object_info.append({name: object_attribute(name, instance, self._custom) for name in self.resources.object_attributes})
         self.visibility.append(seen)
         self._add_attributes(thing.name, material, Placed(key, data, self._meshes[key], part, matrix, self._depsgraph, self._tangents))
         self._add_triangles(part, material)

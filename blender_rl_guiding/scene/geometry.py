@@ -5,6 +5,7 @@ embreex offers batches of rays only and no masks, so its Embree 4 is called dire
 
 import ctypes
 import weakref
+from itertools import pairwise
 from typing import NamedTuple
 
 import embreex.rtcore_scene
@@ -93,7 +94,7 @@ class Geometry:
         scene = self._scene
         seen = seen_by(scene.visibility, MESHES)[scene.object]
         starts = np.flatnonzero(np.diff(seen, prepend=-1)).astype(np.int32)
-        for start, end in zip(starts, [*starts[1:], len(seen)], strict=True):
+        for start, end in pairwise([*starts, len(seen)]):
             geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
             corners, count = scene.triangles[start:end].ctypes.data, int(end - start)
             _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners, 0, 12, count)

@@ -3,13 +3,14 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, edges, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from . import cameras, custom, edges, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
 from .registry import CASES, Case
 
 __all__ = [
     "CASES",
     "Case",
     "cameras",
+    "custom",
     "edges",
     "geometry",
     "integrator",
