@@ -136,7 +136,6 @@ def _render_settings(scene: bpy.types.Scene) -> Iterable[tuple[str, bool]]:
     return (
         ("stereoscopy: only the scene's camera is exported", render.use_multiview),
         ("freestyle: lines are left out", render.use_freestyle),
-        ("motion blur: everything stands still at the frame's own time", render.use_motion_blur and bool(bpy.data.actions)),
     )
 
 

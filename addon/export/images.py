@@ -1,5 +1,7 @@
 """Images as textures: stored codes of 8 bits, or linear floats."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
@@ -7,6 +9,7 @@ from blender_rl_guiding.scene.data import Texture
 from blender_rl_guiding.scene.ops import Alpha
 
 from .network import At
+from .simplify import is_above, shrunk
 
 _LINEAR = ("Non-Color", "Linear Rec.709", "Raw")  # names of colour spaces whose 8-bit codes mean what they say
 _MAGENTA = (1.0, 0.0, 1.0, 1.0)  # of images that cannot be read, as in Cycles
@@ -25,11 +28,19 @@ def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
     associated = image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
     multiplied = associated and _comes_multiplied(image)
     opaque = not wants_alpha and (multiplied or not associated)
-    number = resources.texture((image.as_pointer(), opaque), lambda: _texture(image, opaque=opaque, multiplied=multiplied))
+    shrinks = is_above(resources.texture_limit, *image.size)
+    multiply = shrinks and associated and not (opaque or multiplied)
+
+    def read() -> Texture:
+        texture = _texture(image, opaque=opaque, multiplied=multiplied)
+        return replace(texture, texels=shrunk(texture.texels, resources.texture_limit, multiply=multiply)) if shrinks else texture
+
+    number = resources.texture((image.as_pointer(), opaque), read)
     if opaque or not associated or _is_opaque(resources.textures[number]):
         return number, Alpha.PACKED
     if not wants_alpha:
-        return number, Alpha.PREMULTIPLIED
+        return number, Alpha.PACKED if multiply else Alpha.PREMULTIPLIED
+    multiplied = multiplied or multiply
     return number, Alpha.MULTIPLIED if multiplied else Alpha.STRAIGHT
 
 

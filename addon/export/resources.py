@@ -32,7 +32,8 @@ class Resources:
     - x_axis, y_axis, z_axis: columns of the inverse transpose of the 3 x 3 of matrix_world, which normals are taken to world space by
     """
 
-    def __init__(self) -> None:
+    def __init__(self, texture_limit: int = 0) -> None:
+        self.texture_limit = texture_limit  # the most texels that a side of a texture may have; 0 is no limit
         self.corner_attributes: list[tuple[str, str]] = []
         self.object_attributes: list[str | tuple[str, str, str]] = []
         self.textures: list[Texture] = []

@@ -19,8 +19,10 @@ from .film import read_bounces, read_film
 from .geometry import Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
 from .lamps import read_lamp
 from .materials import read_material
+from .motion import FrameSet, of_motion
 from .object_info import object_attribute
 from .resources import Resources, corner_attributes_of
+from .simplify import texture_limit
 from .visibility import visibility
 from .world import read_world, world_visibility
 
@@ -39,7 +41,7 @@ class Collector:
         self.shaders: list[Shader] = []
         self.lamps: list[Lamp] = []
         self.losses: dict[Loss, None] = {}  # an ordered set
-        self.resources = Resources()
+        self.resources = Resources(texture_limit(depsgraph.scene))
         self.attributes = Attributes()
         self._depsgraph = depsgraph
         self._custom = CustomAttributes(depsgraph)
@@ -147,15 +149,16 @@ class Stopped(Exception):  # noqa: N818  # it is no error
     """The user has enough."""
 
 
-def export(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool] = lambda: False) -> SceneData:
+def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Callable[[], bool] = lambda: False) -> SceneData:
     """The scene of a depsgraph in render mode. InputError names what makes it impossible to render.
 
+    `frame_set` is that of the engine which renders the depsgraph.
     `stop` is asked before each instance; Stopped where it says yes.
     """
     scene = depsgraph.scene
     name = Path(bpy.data.filepath).name or scene.name
     try:
-        data = _export(depsgraph, Path(name).stem, stop)
+        data = _export(depsgraph, Path(name).stem, frame_set, stop)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     if fault := find_fault(data):
@@ -165,7 +168,7 @@ def export(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool] = lambda: Fa
     return data
 
 
-def _export(depsgraph: bpy.types.Depsgraph, name: str, stop: Callable[[], bool]) -> SceneData:
+def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop: Callable[[], bool]) -> SceneData:
     scene, collector = depsgraph.scene, Collector(depsgraph)
     camera, camera_losses = read_camera(depsgraph)
     world, world_losses = _world(scene.world, collector.resources)
@@ -173,6 +176,7 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, stop: Callable[[], bool])
         if stop():
             raise Stopped
         collector.add(instance)
+    collector.note(of_motion(depsgraph, frame_set))
     attributes, rows = collector.attributes.arrays(len(collector.resources.corner_attributes), len(collector.visibility))
     return SceneData(
         name=name,

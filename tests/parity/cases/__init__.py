@@ -3,7 +3,7 @@
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
 
-from . import cameras, custom, edges, geometry, integrator, lamps, lighting, patterns, principled, surfaces, textures
+from . import cameras, custom, edges, geometry, integrator, lamps, lighting, patterns, principled, simplify, surfaces, textures
 from .registry import CASES, Case
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "lighting",
     "patterns",
     "principled",
+    "simplify",
     "surfaces",
     "textures",
 ]
