@@ -42,7 +42,7 @@ def test_check_scene_lists_losses(foggy: bpy.types.Scene):
 def test_check_scene_tells_what_makes_it_impossible(scene: bpy.types.Scene):
     scene.render.engine = "RL_GUIDED"
     bpy.ops.rl_guided.check()
-    assert panel_of(scene).texts[-1] == "Scene: the scene is empty: no triangles"
+    assert [loss.detail for loss in listed()] == ["the scene is empty: nothing but the world is in the image"]
     scene.camera = None
     bpy.ops.rl_guided.check()
     assert "camera" in panel_of(scene).texts[-1].lower()
