@@ -109,7 +109,9 @@ def _of_drivers(block: bpy.types.ID) -> Iterator[Loss]:
     """Drivers that Blender refuses while scripts do not run; it computes simple expressions by itself."""
     for curve in block.animation_data.drivers if getattr(block, "animation_data", None) else ():
         if curve.driver.type == "SCRIPTED" and not curve.driver.is_valid and not curve.mute:
-            yield Loss(block.name, f"driver of {curve.data_path}[{curve.array_index}]", "it needs Python, and scripts do not run: 0 stands in")
+            yield Loss(
+                block.name, f"driver of {curve.data_path}[{curve.array_index}]", "it needs Python, and scripts do not run: 0 stands in"
+            )
 
 
 def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:

@@ -26,7 +26,6 @@ from .simplify import texture_limit
 from .visibility import visibility
 from .world import read_world, world_visibility
 
-
 # What Blender and numpy raise where the data of an object are not what they should be.
 _UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, ValueError)
 

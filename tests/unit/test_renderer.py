@@ -176,7 +176,10 @@ GREY = (0.5, 0.25, 1.0)
 PLAIN = {
     "dark and empty": (scenes.empty(4), (0.0, 0.0, 0.0)),
     "empty": (scenes.empty(4, GREY), GREY),
-    "dark": (replace(scenes.tiny(4), world=scenes.sky((0.0, 0.0, 0.0)), shaders=(scenes.material("grey", GREY),) * 9, lamps=()), (0.0,) * 3),
+    "dark": (
+        replace(scenes.tiny(4), world=scenes.sky((0.0, 0.0, 0.0)), shaders=(scenes.material("grey", GREY),) * 9, lamps=()),
+        (0.0,) * 3,
+    ),
 }
 
 

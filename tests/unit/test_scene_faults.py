@@ -318,7 +318,9 @@ def test_an_emitter_that_no_triangle_has_is_no_light(scene):
 def test_a_scene_without_triangles_is_empty_unless_a_lamp_is_seen():
     nothing = scenes.empty(2, (1.0, 1.0, 1.0))
     assert "empty" in find_nothing(nothing)
-    lamps = {visibility: (Lamp("", "point", IDENTITY, (1.0, 1.0, 1.0), radius=1.0, visibility=visibility),) for visibility in (VISIBLE, DIFFUSE)}
+    lamps = {
+        visibility: (Lamp("", "point", IDENTITY, (1.0, 1.0, 1.0), radius=1.0, visibility=visibility),) for visibility in (VISIBLE, DIFFUSE)
+    }
     assert [bool(find_nothing(replace(nothing, lamps=lamps[visibility]))) for visibility in lamps] == [False, True]
     assert find_fault(nothing) == ""
 

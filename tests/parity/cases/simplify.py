@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .registry import CHART, case, each
+from .registry import CHART, each
 
 if TYPE_CHECKING:
     from ..stage import Nodes, Stage
