@@ -77,14 +77,21 @@ def of_linking(thing: bpy.types.Object, shaders: Iterable[Shader]) -> Iterator[L
         yield Loss(thing.name, "", "light linking: lights everything")
 
 
-def of_caustics(scene: bpy.types.Scene, shaders: Iterable[Shader]) -> Iterator[Loss]:
-    """What is lost of caustics that are switched off, if one of the shaders in use casts any."""
+def of_shaders(scene: bpy.types.Scene, shaders: Iterable[Shader]) -> Iterator[Loss]:
+    """What is lost of render settings that matter only for what reflects or refracts, if one of the shaders in use does."""
     if not hasattr(scene, "cycles"):
         return
-    closures = [closure for shader in shaders for closure in shader.closures]
-    for kind, casts in (("reflective", _reflects), ("refractive", _refracts)):
-        if not getattr(scene.cycles, f"caustics_{kind}") and any(map(casts, closures)):
-            yield Loss(scene.name, "render settings", f"{kind} caustics are off: they are in the image")
+    cycles, closures = scene.cycles, [closure for shader in shaders for closure in shader.closures]
+    reflects, refracts = (any(map(does, closures)) for does in (_reflects, _refracts))
+    settings = (
+        ("reflective caustics are off: they are in the image", reflects and not cycles.caustics_reflective),
+        ("refractive caustics are off: they are in the image", refracts and not cycles.caustics_refractive),
+        (
+            "transparent glass: the world is visible through glass",
+            refracts and scene.render.film_transparent and cycles.film_transparent_glass,
+        ),
+    )
+    yield from (Loss(scene.name, "render settings", detail) for detail, lost in settings if lost)
 
 
 def _reflects(closure: Closure) -> bool:
@@ -124,8 +131,7 @@ def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:
 
 def of_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:
     """What is lost of the render settings that change the scene; Cycles' own trade of noise for bias is not part of a scene."""
-    settings = (*_render_settings(scene), *_cycles_settings(scene))
-    yield from (Loss(scene.name, "render settings", detail) for detail, lost in settings if lost)
+    yield from (Loss(scene.name, "render settings", detail) for detail, lost in _render_settings(scene) if lost)
     layers = [layer.name for layer in scene.view_layers if layer.use]
     yield from (Loss(scene.name, f"view layer '{name}'", ONE_LAYER) for name in layers[1:])
     for kind in ("material", "world"):
@@ -138,16 +144,5 @@ def _render_settings(scene: bpy.types.Scene) -> Iterable[tuple[str, bool]]:
     return (
         ("stereoscopy: only the scene's camera is exported", render.use_multiview),
         ("freestyle: lines are left out", render.use_freestyle),
-    )
-
-
-def _cycles_settings(scene: bpy.types.Scene) -> Iterable[tuple[str, bool]]:
-    if not hasattr(scene, "cycles"):
-        return ()
-    cycles, render = scene.cycles, scene.render
-    return (
-        ("transparent glass: the world is visible through glass", render.film_transparent and cycles.film_transparent_glass),
-        ("fast global illumination: all bounces are traced", cycles.use_fast_gi),
-        ("camera culling: everything is exported", render.use_simplify and cycles.use_camera_cull),
-        ("distance culling: everything is exported", render.use_simplify and cycles.use_distance_cull),
+        ("fast global illumination: all bounces are traced", hasattr(scene, "cycles") and scene.cycles.use_fast_gi),
     )

@@ -9,6 +9,7 @@ import numpy as np
 from blender_rl_guiding.scene.description import Loss
 
 from .geometry import evaluated_mesh, read_array
+from .visibility import visibility
 
 FrameSet = Callable[[int, float], None]  # of a render engine: evaluates the depsgraph it renders at a frame and a share of the next
 _STILL = 1e-6  # relative to the largest number of a transform
@@ -67,7 +68,7 @@ def _states(depsgraph: bpy.types.Depsgraph) -> dict[tuple, _State]:
     states: dict[tuple, _State] = {(): _State(camera.name, _camera(camera), None)}
     for instance in depsgraph.object_instances:
         thing = instance.object
-        if instance.show_self and isinstance(thing.data, bpy.types.Mesh):
+        if instance.show_self and isinstance(thing.data, bpy.types.Mesh) and visibility(instance, depsgraph.view_layer):
             key = thing.name, instance.parent.name if instance.is_instance else "", *instance.persistent_id
             matrix = np.array(instance.matrix_world) if _blurs(instance, "use_motion_blur") else None
             shape = _shape(thing, shapes) if _blurs(instance, "use_deform_motion") and matrix is not None else None

@@ -9,11 +9,12 @@ import numpy as np
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import ARRAYS, SceneData, fault_of_lamp, fault_of_shader, find_fault, find_nothing
-from blender_rl_guiding.scene.description import SHADOW, Lamp, Loss, Shader
+from blender_rl_guiding.scene.description import SHADOW, Camera, Lamp, Loss, Shader
 
 from . import coverage
 from .attributes import Attributes, Placed
 from .camera import read_camera
+from .culling import Culling
 from .custom_attributes import CustomAttributes
 from .film import read_bounces, read_film
 from .geometry import Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
@@ -33,7 +34,8 @@ _UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, ValueErro
 class Collector:
     """Grows the scene instance by instance; each mesh and each material is read once."""
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
+    def __init__(self, depsgraph: bpy.types.Depsgraph, frame: Camera) -> None:
+        """`frame` is the camera without a render region."""
         self.triangles: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": [], "object": []}
         self.visibility: list[int] = []
         self.object_info: list[dict[str | tuple[str, str, str], tuple[float, float, float]]] = []
@@ -43,6 +45,7 @@ class Collector:
         self.resources = Resources(texture_limit(depsgraph.scene))
         self.attributes = Attributes()
         self._depsgraph = depsgraph
+        self._culling = Culling(depsgraph.scene, frame)
         self._custom = CustomAttributes(depsgraph)
         self._vertices = 0
         self._meshes: dict[int, Mesh] = {}
@@ -56,15 +59,18 @@ class Collector:
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         """Take one instance, if it is a lamp or a mesh that any rays can see. What cannot be read is left out as a whole, and listed."""
         try:
-            self.note(coverage.of_instance(instance, self._depsgraph.view_layer))
-            if instance.show_self:
-                self._add(instance)
+            self._add(instance)
         except _UNREADABLE as error:
             reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             self.note([Loss(instance.object.name, "", f"left out, as it cannot be read: {reason}")])
 
     def _add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
+        if thing.type != "LIGHT" and self._culling.leaves_out(thing, matrix):
+            return
+        self.note(coverage.of_instance(instance, self._depsgraph.view_layer))
+        if not instance.show_self:
+            return
         seen = visibility(instance, self._depsgraph.view_layer)
         if thing.type == "LIGHT":
             self._add_lamp(thing, matrix, seen)
@@ -168,7 +174,7 @@ def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Callable[[
 
 
 def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop: Callable[[], bool]) -> SceneData:
-    scene, collector = depsgraph.scene, Collector(depsgraph)
+    scene, collector = depsgraph.scene, Collector(depsgraph, read_camera(depsgraph, whole=True)[0])
     camera, camera_losses = read_camera(depsgraph)
     world, world_losses = _world(scene.world, collector.resources)
     for instance in depsgraph.object_instances:
@@ -195,7 +201,7 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop
         textures=tuple(collector.resources.textures),
         coverage=(
             *coverage.of_scene(scene, depsgraph.view_layer),
-            *coverage.of_caustics(scene, collector.shaders),
+            *coverage.of_shaders(scene, collector.shaders),
             *coverage.of_links(depsgraph),
             *camera_losses,
             *world_losses,

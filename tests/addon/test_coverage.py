@@ -118,18 +118,13 @@ def test_caustics_that_something_casts(
     assert [line.split(": ")[1] for line in lines(run())] == details
 
 
-def test_transparent_glass(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
+def test_transparent_glass(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object, paint: bpy.types.Material):
     scene.cycles.film_transparent_glass = True
+    plane.data.materials.append(paint)
+    put(paint, "ShaderNodeBsdfGlass")
     assert lines(run()) == []
     scene.render.film_transparent = True
     assert lines(run()) == ["Scene, render settings: transparent glass: the world is visible through glass"]
-
-
-def test_culling_works_with_simplify_alone(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
-    scene.cycles.use_camera_cull = scene.cycles.use_distance_cull = True
-    assert lines(run()) == []
-    scene.render.use_simplify = True
-    assert [line.split(": ")[1] for line in lines(run())] == ["camera culling", "distance culling"]
 
 
 def test_overrides_of_the_view_layer(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):

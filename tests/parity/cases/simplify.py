@@ -39,3 +39,29 @@ def limited_texture(s: Stage, options: dict[str, Any]) -> None:
         return nodes.add("Mix", {"Factor_Float": (texture, "Alpha"), "A_Color": (0.2, 0.3, 0.4), "B_Color": texture}, data_type="RGBA")
 
     s.chart(paint)
+
+
+SIGHT, DISTANCE = {"use_camera_cull": True, "camera_cull_margin": 0.1}, {"use_distance_cull": True, "distance_cull_margin": 7.0}
+CULLED = {
+    "sight": ("PERSP", SIGHT),
+    "wide_sight": ("ORTHO", SIGHT | {"camera_cull_margin": 0.3}),
+    "distance": ("PERSP", DISTANCE),
+    "both": ("PERSP", SIGHT | DISTANCE),
+}
+
+
+@each(CULLED)
+def culling(s: Stage, variant: tuple[str, dict[str, Any]]) -> None:
+    """Boxes around and behind the camera, which the image shows by their shadows; the nearest one asks for nothing."""
+    kind, settings = variant
+    s.camera.data.type, s.camera.data.ortho_scale = kind, 5.0
+    s.scene.render.use_simplify = True
+    for name, value in settings.items():
+        setattr(s.scene.cycles, name, value)
+    s.floor(s.diffuse((0.6, 0.6, 0.6)))
+    s.lamp("SUN", power=2.0, angle=0.3).rotation_euler = (0.0, -0.9, 0.0)
+    s.sky((0.2, 0.3, 0.5))
+    places = (-4.2, 0.0, 0.9), (-5.8, 1.5, 1.9), (3.2, 1.0, 1.2), (0.0, 4.5, 1.5), (-1.6, -7.5, 5.0), (0.0, 0.0, 0.9), (2.0, -3.0, 0.9)
+    for number, at in enumerate(places):
+        box = s.box(s.diffuse((0.8, 0.1 * number, 0.2)), at=at, scale=(1.0, 1.0, at[2]))
+        box.cycles.use_camera_cull = box.cycles.use_distance_cull = number < len(places) - 1
