@@ -53,14 +53,17 @@ class Attributes:
         shared = placed.triangles.kept is None and not _depends_on_place(key)
         if shared and name in self._shared:
             self._rows[number, owner] = self._shared[name]
-        elif (values := read(key, placed)) is not None:
-            finite = np.isfinite(values)
-            values = values if (all_finite := bool(finite.all())) else np.where(finite, values, np.float32(0))
-            self._rows[number, owner] = self._shared[name] = self._count
-            self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
-            self._count += len(self._blocks[-1])
-            return all_finite
-        return True
+            return True
+        values = read(key, placed)
+        if values is None:
+            return True
+        finite = np.isfinite(values)
+        if not (faultless := bool(finite.all())):
+            values = np.where(finite, values, np.float32(0))
+        self._rows[number, owner] = self._shared[name] = self._count
+        self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
+        self._count += len(self._blocks[-1])
+        return faultless
 
     def arrays(self, attributes: int, objects: int) -> tuple[np.ndarray, np.ndarray]:
         """What `SceneData` calls attributes and attribute_rows."""

@@ -108,17 +108,20 @@ def of_links(depsgraph: bpy.types.Depsgraph) -> Iterator[Loss]:
         if block.original.is_missing:
             library = block.original.library
             yield Loss(block.name, "", f"missing: its library {library.filepath if library else ''} cannot be read")
-        if bpy.app.autoexec_fail:
-            yield from _of_drivers(block)
-
-
-def _of_drivers(block: bpy.types.ID) -> Iterator[Loss]:
-    """Drivers that Blender refuses while scripts do not run; it computes simple expressions by itself."""
-    for curve in block.animation_data.drivers if getattr(block, "animation_data", None) else ():
-        if curve.driver.type == "SCRIPTED" and not curve.driver.is_valid and not curve.mute:
-            yield Loss(
-                block.name, f"driver of {curve.data_path}[{curve.array_index}]", "it needs Python, and scripts do not run: 0 stands in"
+        if bpy.app.autoexec_fail and not block.is_embedded_data:
+            owner = getattr(block, "user", block)  # a mesh, of shape keys
+            yield from (
+                Loss(owner.name, f"driver of {path}", "it needs Python, and scripts do not run: 0 stands in") for path in _refused(block)
             )
+
+
+def _refused(block: bpy.types.ID) -> Iterator[str]:
+    """What the drivers set that Blender refuses while scripts do not run; it computes simple expressions by itself."""
+    tree = None if isinstance(block, bpy.types.Scene) else getattr(block, "node_tree", None)
+    for data in (getattr(owner, "animation_data", None) for owner in (block, tree)):
+        for curve in data.drivers if data else ():
+            if curve.driver.type == "SCRIPTED" and not curve.driver.is_valid and not curve.mute:
+                yield f"{curve.data_path}[{curve.array_index}]"
 
 
 def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:

@@ -6,6 +6,8 @@ from typing import Any
 import bpy
 import numpy as np
 
+from blender_rl_guiding.scene.description import Loss
+
 from .attributes import colors_of
 from .geometry import read_array
 
@@ -63,6 +65,7 @@ class CustomAttributes:
     def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
         self._depsgraph = depsgraph
         self._levels: dict[int, _Level] = {}  # of instancers
+        self.losses: dict[Loss, None] = {}  # an ordered set
 
     def find(self, kind: str, name: str, instance: bpy.types.DepsgraphObjectInstance) -> Color4:
         """Linear RGBA; zeros where there is no such attribute."""
@@ -91,6 +94,8 @@ class CustomAttributes:
             path = path[1:] if level.beside else path
             place = level.places.get(path[0]) if path else None
             if place is None:
+                if path:
+                    self.losses[Loss(instance.parent.name, "instances", "some have the id of another: they lack its attributes")] = None
                 break
             found.append((level, place))
             level, path = level.below(place), path[1:]
@@ -114,8 +119,10 @@ def _property(owner: Any, name: str) -> Color4 | None:
     if isinstance(value, int | float):
         return float(value), float(value), float(value), 1.0
     try:
-        numbers = [float(number) for number in value]
+        numbers = [float(number) for number in value] if not isinstance(value, str) else []
     except (TypeError, ValueError):  # no numbers
         return None
-    x, y, z, w = (numbers + [0.0, 0.0, 0.0, 1.0][len(numbers) :])[:4] if len(numbers) <= 4 else _NOTHING
+    if not 1 <= len(numbers) <= 4:
+        return None
+    x, y, z, w = numbers + [0.0, 0.0, 0.0, 1.0][len(numbers) :]
     return x, y, z, w

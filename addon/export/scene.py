@@ -46,7 +46,7 @@ class Collector:
         self.attributes = Attributes()
         self._depsgraph = depsgraph
         self._culling = Culling(depsgraph.scene, frame)
-        self._custom = CustomAttributes(depsgraph)
+        self.custom = CustomAttributes(depsgraph)
         self._vertices = 0
         self._meshes: dict[int, Mesh] = {}
         self._tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]] = {}
@@ -100,7 +100,7 @@ class Collector:
         material = self._indices(thing, part.slots)
         self.note(coverage.of_linking(thing, [self.shaders[index] for index in np.unique(material)]))
         # First the object, then its attributes, then its triangles: if something fails, there is an object without triangles.
-        self.object_info.append({name: object_attribute(name, instance, self._custom) for name in self.resources.object_attributes})
+        self.object_info.append({name: object_attribute(name, instance, self.custom) for name in self.resources.object_attributes})
         self.visibility.append(seen)
         self._add_attributes(thing.name, material, Placed(key, data, self._meshes[key], part, matrix, self._depsgraph, self._tangents))
         self._add_triangles(part, material)
@@ -181,7 +181,7 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop
         if stop():
             raise Stopped
         collector.add(instance)
-    collector.note(of_motion(depsgraph, frame_set))
+    collector.note((*collector.custom.losses, *of_motion(depsgraph, frame_set)))
     attributes, rows = collector.attributes.arrays(len(collector.resources.corner_attributes), len(collector.visibility))
     return SceneData(
         name=name,
@@ -213,11 +213,9 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop
 def _world(world: bpy.types.World | None, resources: Resources) -> tuple[Shader, list[Loss]]:
     """As `read_world`, black where a number is not finite; nothing is lost of what nothing sees."""
     shader, losses = read_world(world, resources)
-    if not world_visibility(world) & ~SHADOW:
-        return shader, []
     if fault := fault_of_shader(shader):
-        return Shader(shader.name), [*losses, Loss(shader.name, "", f"black stands in: {fault}")]
-    return shader, losses
+        shader, losses = Shader(shader.name), [*losses, Loss(shader.name, "", f"black stands in: {fault}")]
+    return shader, losses if world_visibility(world) & ~SHADOW else []
 
 
 def _joined(name: str, parts: list[np.ndarray]) -> np.ndarray:

@@ -189,15 +189,22 @@ def linked(tmp_path: Path) -> Path:
     bpy.ops.mesh.primitive_cube_add()
     for axis, expression in enumerate(("len([x for x in range(3)])", "1 + frame / 40")):
         bpy.context.object.driver_add("scale", axis).driver.expression = expression
+    material = bpy.data.materials.new("Paint")
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True
+    bpy.context.object.data.materials.append(material)
+    material.node_tree.driver_add('nodes["Principled BSDF"].inputs[1].default_value').driver.expression = "len([1 for x in range(3)])"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     Path(library).unlink()
     return path
 
 
 def test_what_blender_does_not_find_or_compute(run: Export, plane: bpy.types.Object, linked: Path):
-    for scripts, refused in ((False, ["Cube, driver of scale[0]: it needs Python, and scripts do not run: 0 stands in"]), (True, [])):
+    python = "it needs Python, and scripts do not run: 0 stands in"
+    drivers = ["Cube, driver of scale[0]", 'Paint, driver of nodes["Principled BSDF"].inputs[1].default_value[0]']
+    for scripts, refused in ((False, [f"{driver}: {python}" for driver in drivers]), (True, [])):
         bpy.ops.wm.open_mainfile(filepath=str(linked), load_ui=False, use_scripts=scripts)
-        missing, *drivers = lines(run())
+        missing, *others = lines(run())
         assert missing.startswith("Linked, : missing: its library ")
         assert missing.endswith("library.blend cannot be read")
-        assert drivers == refused
+        assert others == refused

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class Geometry:
     """A modifier of geometry nodes that is told what it consists of."""
 
-    def __init__(self, s: Stage, thing: bpy.types.Object) -> None:
-        self.tree = s.data.node_groups.new("Geometry", "GeometryNodeTree")
+    def __init__(self, data: bpy.types.BlendData, thing: bpy.types.Object) -> None:
+        self.tree = data.node_groups.new("Geometry", "GeometryNodeTree")
         for direction in ("INPUT", "OUTPUT"):
             self.tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
         self.own = self.tree.nodes.new("NodeGroupInput").outputs[0]
@@ -46,13 +46,13 @@ class Geometry:
             self.tree.links.new(part, node.inputs[0])
         return node.outputs[0]
 
-    def stored(self, instances: Any, name: str, factor: float) -> Any:
+    def stored(self, instances: Any, name: str, factor: float, kind: str = "FLOAT") -> Any:
         """With an attribute of the instances: their index times a factor."""
         number = self.tree.nodes.new("ShaderNodeMath")
         number.operation, number.inputs[1].default_value = "MULTIPLY", factor
         self.tree.links.new(self._link("InputIndex").outputs[0], number.inputs[0])
         node = self._link("StoreNamedAttribute", Geometry=instances)
-        node.domain, node.inputs["Name"].default_value = "INSTANCE", name
+        node.domain, node.data_type, node.inputs["Name"].default_value = "INSTANCE", kind, name
         self.tree.links.new(number.outputs[0], next(i for i in node.inputs if i.name == "Value" and i.enabled))
         return node.outputs[0]
 
@@ -89,7 +89,7 @@ def attributes_of_instances(s: Stage, as_instance: bool) -> None:
     box["both"] = 0.3
     plane, small = s.floor(floor.active_material, size=2.5), s.floor(size=1.2)
     plane.location.z, small.location.z = 0.3, -40.0
-    nodes = Geometry(s, plane)
+    nodes = Geometry(s.data, plane)
     inner = nodes.stored(nodes.on_points(nodes.of(small, as_instance=False), nodes.of(box, as_instance)), "inner", 0.25)
     inner = nodes.stored(inner, "both", 0.1)
     outer = nodes.stored(nodes.on_points(nodes.own, nodes.joined(inner, nodes.of(box, as_instance=False))), "outer", 0.15)
@@ -104,11 +104,11 @@ def attributes_of_instances_of_objects_with_instances(s: Stage) -> None:
     shrink(box)
     holder = s.floor(size=1.2)
     holder.location.z, holder["lent"] = -40.0, (0.0, 0.3, 0.1)
-    nodes = Geometry(s, holder)
+    nodes = Geometry(s.data, holder)
     nodes.end(nodes.stored(nodes.on_points(nodes.own, nodes.of(box, True)), "inner", 0.25))
     plane = s.floor(size=2.5)
     plane.location.z, plane["lent"] = 0.3, (0.4, 0.0, 0.2, 0.5)
-    nodes = Geometry(s, plane)
+    nodes = Geometry(s.data, plane)
     nodes.end(nodes.stored(nodes.on_points(nodes.own, nodes.of(holder, True)), "outer", 0.15))
 
 
