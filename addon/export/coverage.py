@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 
 from blender_rl_guiding.scene.data import emits
-from blender_rl_guiding.scene.description import Closure, Loss, Shader
+from blender_rl_guiding.scene.description import CAMERA, Closure, Loss, Shader
 
 from .visibility import source, visibility
 
@@ -51,19 +51,25 @@ def of_instance(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.typ
 
 def _of_object(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> Iterator[str]:
     thing = instance.object
-    if not visibility(instance, view_layer):
+    seen = visibility(instance, view_layer)
+    if not seen:
         return
     if thing.type in _VISIBLE:
         yield f"{_VISIBLE[thing.type]} is left out"
     elif isinstance(thing.data, bpy.types.Mesh) and (len(thing.data.polygons) or thing.data.is_editmode):
-        yield from _of_mesh_object(thing, source(instance).original.holdout_get(view_layer=view_layer))
+        if seen & CAMERA:
+            yield from _of_compositing(thing, source(instance).original.holdout_get(view_layer=view_layer))
+        yield from _of_mesh_object(thing)
 
 
-def _of_mesh_object(thing: bpy.types.Object, held_out: bool) -> Iterator[str]:
+def _of_compositing(thing: bpy.types.Object, held_out: bool) -> Iterator[str]:
     if thing.is_holdout or held_out:
         yield "holdout: a normal surface stands in"
     if thing.is_shadow_catcher:
         yield "shadow catcher: a normal surface stands in"
+
+
+def _of_mesh_object(thing: bpy.types.Object) -> Iterator[str]:
     if thing.modifiers and getattr(thing.modifiers[-1], "use_adaptive_subdivision", False):
         yield "adaptive subdivision: the render level of the modifier stands in"
     if hasattr(thing, "cycles"):

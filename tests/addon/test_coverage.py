@@ -53,6 +53,8 @@ def test_hair(run: Export, plane: bpy.types.Object):
 def test_special_visibility(run: Export, plane: bpy.types.Object, switch: str, value: bool, detail: str):
     setattr(plane, switch, value)
     assert lines(run()) == [f"Plane, : {detail}"]
+    plane.visible_camera = False
+    assert lines(run()) == []
 
 
 def test_held_out_collections(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
