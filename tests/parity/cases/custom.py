@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .registry import CHART, case, each
+from .registry import CHART, case
 
 if TYPE_CHECKING:
     import bpy
@@ -61,14 +61,15 @@ class Geometry:
         self.tree.links.new(geometry, self._end.inputs[0])
 
 
-def shown(*names: str, kind: str = "INSTANCER", part: str = "Color") -> Any:
-    """Adds up attributes, and a little, so that nothing is quite black."""
+def shown(*names: str, kind: str = "INSTANCER", parts: tuple[str, ...] = ("Color",)) -> Any:
+    """Adds up these outputs of attributes, and a little, so that nothing is quite black."""
 
     def paint(nodes: Nodes) -> Any:
         value: Any = (0.05, 0.1, 0.15)
         for name in names:
             attribute = nodes.add("Attribute", attribute_type=kind, attribute_name=name)
-            value = nodes.add("VectorMath", {"Vector": value, "Vector_001": (attribute, part)}, operation="ADD")
+            for part in parts:
+                value = nodes.add("VectorMath", {"Vector": value, "Vector_001": (attribute, part)}, operation="ADD")
         return value
 
     return paint
@@ -80,8 +81,8 @@ def shrink(thing: bpy.types.Object) -> None:
         vertex.co *= 0.35
 
 
-@each({"objects": True, "geometry": False})
-def attributes_of_instances(s: Stage, as_instance: bool) -> None:
+@case(samples=CHART)
+def attributes_of_instances(s: Stage) -> None:
     """Of two levels, the outer one of which has a mesh beside the instances."""
     floor, ball, box = s.chart(shown("inner", "outer", "both"))
     ball.location.z = -50.0
@@ -90,7 +91,7 @@ def attributes_of_instances(s: Stage, as_instance: bool) -> None:
     plane, small = s.floor(floor.active_material, size=2.5), s.floor(size=1.2)
     plane.location.z, small.location.z = 0.3, -40.0
     nodes = Geometry(s.data, plane)
-    inner = nodes.stored(nodes.on_points(nodes.of(small, as_instance=False), nodes.of(box, as_instance)), "inner", 0.25)
+    inner = nodes.stored(nodes.on_points(nodes.of(small, as_instance=False), nodes.of(box, as_instance=True)), "inner", 0.25)
     inner = nodes.stored(inner, "both", 0.1)
     outer = nodes.stored(nodes.on_points(nodes.own, nodes.joined(inner, nodes.of(box, as_instance=False))), "outer", 0.15)
     nodes.end(nodes.joined(nodes.own, nodes.stored(outer, "both", 0.05)))
@@ -112,10 +113,10 @@ def attributes_of_instances_of_objects_with_instances(s: Stage) -> None:
     nodes.end(nodes.stored(nodes.on_points(nodes.own, nodes.of(holder, True)), "outer", 0.15))
 
 
-@each({part.lower(): part for part in ("Color", "Vector", "Fac", "Alpha")}, samples=CHART)
-def attributes_of_objects(s: Stage, part: str) -> None:
+@case(samples=CHART)
+def attributes_of_objects(s: Stage) -> None:
     """Custom properties of object and data, and Blender's own by their path."""
-    _, ball, box = s.chart(shown("tint", "data", "location", "pass_index", "missing", kind="OBJECT", part=part))
+    _, ball, box = s.chart(shown("tint", "data", "location", "pass_index", "missing", kind="OBJECT", parts=("Color", "Fac", "Alpha")))
     ball["tint"], ball.data["data"], ball.pass_index = (0.1, 0.2, 0.3, 0.4), 0.2, 1
     box["tint"], box.data["tint"], box["data"] = 0.3, 5.0, (0.3, 0.1)
 

@@ -15,10 +15,8 @@ if TYPE_CHECKING:
 @each(
     {
         "codes": {"alpha": True},
-        "data": {"colorspace": "Non-Color"},
         "floats": {"float_buffer": True, "alpha": True},
         "narrow": {"width": 2, "height": 260},
-        "odd": {"width": 150, "height": 131},
     },
     samples=CHART,
 )
