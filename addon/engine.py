@@ -17,6 +17,7 @@ from blender_rl_guiding.settings import Render
 
 from . import coverage, environment, worker_client
 from .export.coverage import in_blender
+from .export.motion import FrameSet
 from .export.scene import Stopped, export
 from .properties import read
 
@@ -50,7 +51,7 @@ class Exporter(bpy.types.RenderEngine):
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Do all that a render takes. InputError ends it, and Blender shows its line."""
-        self.deliver(export(depsgraph))
+        self.deliver(export(depsgraph, self.frame_set))
 
     def deliver(self, scene: SceneData) -> None:
         """Do with the scene what the engine is for. InputError as in `work`."""
@@ -76,7 +77,7 @@ class RLGuided(Exporter):
         with worker_client.borrowed(environment.python()) as worker, tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
             worker.send("prepare", **job)
             self.update_stats("", "Exporting the scene")
-            scene = _told(depsgraph, self.test_break)
+            scene = _told(depsgraph, self.frame_set, self.test_break)
             bundle, frames = Path(folder, "scene.npz"), Path(folder, "frames")
             save(scene, bundle)
             for name, (channels, _) in _passes(settings).items():
@@ -123,10 +124,10 @@ class RLGuided(Exporter):
         self.end_result(result)
 
 
-def _told(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool]) -> SceneData:
+def _told(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Callable[[], bool]) -> SceneData:
     """The scene; what of it cannot be rendered as it is goes to the coverage list."""
     try:
-        scene = export(depsgraph, stop)
+        scene = export(depsgraph, frame_set, stop)
     except InputError as error:
         coverage.tell(depsgraph.scene.name, (), str(error))
         raise

@@ -89,9 +89,9 @@ def export(blend: str, bundle: str) -> Measured:
             found["opened"] = peak()
             meshes = {thing.data.as_pointer(): thing for thing in depsgraph.objects if thing.type == "MESH"}
             with timed(found, "reading"):
-                found["read"] = sum(len(read_mesh(thing).corners) for thing in meshes.values())
+                found["read"] = sum(len(read_mesh(thing.data).corners) for thing in meshes.values())
             with timed(found, "exporting"):
-                scene = export_scene(depsgraph)
+                scene = export_scene(depsgraph, self.frame_set)
             with timed(found, "saving"):
                 save(scene, Path(bundle))
             found["triangles"] = len(scene.triangles)

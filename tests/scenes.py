@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.data import ARRAYS, SceneData
 from blender_rl_guiding.scene.description import Bounces, Camera, Closure, Shader
 
 Vector = tuple[float, float, float]
@@ -27,6 +27,12 @@ def sky(radiance: Vector) -> Shader:
 def bounces(limit: int) -> Bounces:
     """Up to so many scattering events of any kind, without Russian roulette."""
     return Bounces(limit, limit, limit, limit, roulette=NO_ROULETTE)
+
+
+def empty(size: int, world: Vector = (0.0, 0.0, 0.0)) -> SceneData:
+    """Nothing but the world."""
+    arrays = {name: np.zeros([length or 0 for length in shape], dtype) for name, (dtype, shape) in ARRAYS.items()}
+    return SceneData(name="empty", shaders=(), camera=look((0, -3, 0), (0, 0, 0), 40, size, size), world=sky(world), **arrays)
 
 
 class Builder:

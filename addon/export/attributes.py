@@ -26,6 +26,7 @@ _TYPES: dict[str, tuple[str, tuple[int, ...]]] = {
 class Placed(NamedTuple):
     """An instance of a mesh, in all its forms."""
 
+    key: int  # tells meshes apart
     data: bpy.types.Mesh
     mesh: Mesh
     triangles: Triangles
@@ -43,19 +44,27 @@ class Attributes:
         self._rows: dict[tuple[int, int], int] = {}  # of attribute and owner
         self._shared: dict[tuple, int] = {}  # of what instances of one mesh have in common
 
-    def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> None:
+    def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> bool:
         """Attribute `number`, named as in `Resources`; nothing where the mesh has no such thing.
 
         `owner` is an object, or ~m for what all instances of mesh m have in common.
+        Returns whether all numbers read are finite; where one is not, 0 is in its place.
         """
-        name = (placed.data.as_pointer(), key, placed.triangles.mirrored)
+        name = (placed.key, key, placed.triangles.mirrored)
         shared = placed.triangles.kept is None and not depends_on_place(key)
         if shared and name in self._shared:
             self._rows[number, owner] = self._shared[name]
-        elif (values := read(key, placed)) is not None:
-            self._rows[number, owner] = self._shared[name] = self._count
-            self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
-            self._count += len(self._blocks[-1])
+            return True
+        values = read(key, placed)
+        if values is None:
+            return True
+        finite = np.isfinite(values)
+        if not (faultless := bool(finite.all())):
+            values = np.where(finite, values, np.float32(0))
+        self._rows[number, owner] = self._shared[name] = self._count
+        self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
+        self._count += len(self._blocks[-1])
+        return faultless
 
     def arrays(self, attributes: int, objects: int, meshes: int, instances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What `SceneData` calls attributes and attribute_rows; `objects` are those that are no instances."""
@@ -152,7 +161,7 @@ _READERS: dict[str, Callable[[Placed, str], np.ndarray | None]] = {
 
 def _tangents(placed: Placed, name: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Tangents (T, 3, 3) and signs (T,)."""
-    key, mesh = (placed.data.as_pointer(), name), placed.mesh
+    key, mesh = (placed.key, name), placed.mesh
     if key not in placed.tangents and (uvs := _uv(placed, name)) is not None:
         placed.tangents[key] = tangents(mesh.vertices[mesh.corners], mesh.normals[mesh.normal], uvs[..., :2])
     return placed.tangents.get(key)
@@ -166,15 +175,29 @@ def _vertices(mesh: bpy.types.Mesh) -> np.ndarray:
 def _at_corners(mesh: bpy.types.Mesh, name: str, form: Callable[[np.ndarray], np.ndarray]) -> np.ndarray | None:
     """(T, 3, 3), an attribute in one of the forms below; the name "" is the colour attribute for rendering."""
     attribute = mesh.attributes.get(name or mesh.attributes.default_color_name or "")
-    if attribute is None or attribute.data_type not in _TYPES:
+    numbers = _numbers(attribute) if attribute else None
+    if attribute is None or numbers is None:
         return None
-    field, shape = _TYPES[attribute.data_type]
-    values = form(read_array(attribute.data, field, shape, np.float32).reshape(len(attribute.data), -1))
+    values = form(numbers)
     if attribute.domain == "CORNER":
         return values.take(loop_triangles(mesh), axis=0)
     if attribute.domain == "FACE":
         return np.repeat(values[triangle_faces(mesh), None], 3, axis=1)
     return (_of_vertices(mesh, values) if attribute.domain == "EDGE" else values).take(_vertices(mesh), axis=0)
+
+
+def _numbers(attribute: bpy.types.Attribute) -> np.ndarray | None:
+    """(N, n) float32; None for a type that Cycles does not read."""
+    if attribute.data_type not in _TYPES:
+        return None
+    field, shape = _TYPES[attribute.data_type]
+    return read_array(attribute.data, field, shape, np.float32).reshape(len(attribute.data), -1)
+
+
+def colors_of(attribute: bpy.types.Attribute) -> np.ndarray | None:
+    """(N, 4) float32, linear RGBA as of ATTRIBUTE and ATTRIBUTE_ALPHA; None for a type that Cycles does not read."""
+    numbers = _numbers(attribute)
+    return None if numbers is None else np.concatenate([_triples(numbers), _alphas(numbers)[:, :1]], axis=1)
 
 
 def _triples(values: np.ndarray) -> np.ndarray:

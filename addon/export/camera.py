@@ -15,8 +15,11 @@ _KINDS = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panorama"}
 _NEAREST_FOCUS = 1e-6  # metres; a lens that is sharp at itself has no directions
 
 
-def read_camera(depsgraph: bpy.types.Depsgraph) -> tuple[Camera, list[Loss]]:
-    """Follows sensor fit, shift, pixel aspect, resolution and render region as Cycles does. InputError without a camera."""
+def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple[Camera, list[Loss]]:
+    """Follows sensor fit, shift, pixel aspect, resolution and render region as Cycles does; `whole` is without the region.
+
+    InputError without a camera.
+    """
     scene = depsgraph.scene
     if not scene.camera or scene.camera.type != "CAMERA":
         raise InputError(f"scene '{scene.name}' has no camera (Properties > Scene > Camera)")
@@ -24,7 +27,7 @@ def read_camera(depsgraph: bpy.types.Depsgraph) -> tuple[Camera, list[Loss]]:
     data = thing.data
     width = render.resolution_x * render.resolution_percentage // 100
     height = render.resolution_y * render.resolution_percentage // 100
-    region = _region(render, width, height)
+    region = (0, width, 0, height) if whole else _region(render, width, height)
     kind = _kind(data)
     window = _window(data, kind, width * render.pixel_aspect_x, height * render.pixel_aspect_y)
     camera = Camera(

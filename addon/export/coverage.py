@@ -5,9 +5,10 @@ from typing import Any
 
 import bpy
 
-from blender_rl_guiding.scene.description import Loss
+from blender_rl_guiding.scene.data import emits
+from blender_rl_guiding.scene.description import CAMERA, Closure, Loss, Shader
 
-from .visibility import source
+from .visibility import source, visibility
 
 # Everything else that is not a mesh leaves no trace in a render: empties, armatures, lattices, cameras, speakers, probes.
 # Texts, curves, surfaces and metaballs with a surface come as meshes of their own beside themselves.
@@ -50,23 +51,83 @@ def of_instance(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.typ
 
 def _of_object(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> Iterator[str]:
     thing = instance.object
+    seen = visibility(instance, view_layer)
+    if not seen:
+        return
     if thing.type in _VISIBLE:
         yield f"{_VISIBLE[thing.type]} is left out"
-    elif isinstance(thing.data, bpy.types.Mesh) and len(thing.data.polygons):
-        yield from _of_mesh_object(thing, source(instance).original.holdout_get(view_layer=view_layer))
+    elif isinstance(thing.data, bpy.types.Mesh) and (len(thing.data.polygons) or thing.data.is_editmode):
+        if seen & CAMERA:
+            yield from _of_compositing(thing, source(instance).original.holdout_get(view_layer=view_layer))
+        yield from _of_mesh_object(thing)
 
 
-def _of_mesh_object(thing: bpy.types.Object, held_out: bool) -> Iterator[str]:
+def _of_compositing(thing: bpy.types.Object, held_out: bool) -> Iterator[str]:
     if thing.is_holdout or held_out:
         yield "holdout: a normal surface stands in"
     if thing.is_shadow_catcher:
         yield "shadow catcher: a normal surface stands in"
+
+
+def _of_mesh_object(thing: bpy.types.Object) -> Iterator[str]:
     if thing.modifiers and getattr(thing.modifiers[-1], "use_adaptive_subdivision", False):
         yield "adaptive subdivision: the render level of the modifier stands in"
-    if thing.light_linking.receiver_collection or thing.light_linking.blocker_collection:
-        yield "light linking: lights everything"
     if hasattr(thing, "cycles"):
         yield from _of_terminator(thing.cycles, smooth=thing.data.normals_domain != "FACE")
+
+
+def of_linking(thing: bpy.types.Object, shaders: Iterable[Shader]) -> Iterator[Loss]:
+    """What is lost of a mesh that chooses what it lights, if it lights anything."""
+    linking = thing.light_linking
+    if (linking.receiver_collection or linking.blocker_collection) and any(emits(c) for shader in shaders for c in shader.closures):
+        yield Loss(thing.name, "", "light linking: lights everything")
+
+
+def of_shaders(scene: bpy.types.Scene, shaders: Iterable[Shader]) -> Iterator[Loss]:
+    """What is lost of render settings that matter only for what reflects or refracts, if one of the shaders in use does."""
+    if not hasattr(scene, "cycles"):
+        return
+    cycles, closures = scene.cycles, [closure for shader in shaders for closure in shader.closures]
+    reflects, refracts = (any(map(does, closures)) for does in (_reflects, _refracts))
+    settings = (
+        ("reflective caustics are off: they are in the image", reflects and not cycles.caustics_reflective),
+        ("refractive caustics are off: they are in the image", refracts and not cycles.caustics_refractive),
+        (
+            "transparent glass: the world is visible through glass",
+            refracts and scene.render.film_transparent and cycles.film_transparent_glass,
+        ),
+    )
+    yield from (Loss(scene.name, "render settings", detail) for detail, lost in settings if lost)
+
+
+def _reflects(closure: Closure) -> bool:
+    return closure.kind in ("glossy", "metallic", "glass", "principled")
+
+
+def _refracts(closure: Closure) -> bool:
+    return closure.kind in ("glass", "refraction") or closure.inputs.get("transmission", 0.0) != 0.0
+
+
+def of_links(depsgraph: bpy.types.Depsgraph) -> Iterator[Loss]:
+    """What is lost of what Blender itself could not find or compute, of all that takes part in the image."""
+    for block in depsgraph.ids:
+        if block.original.is_missing:
+            library = block.original.library
+            yield Loss(block.name, "", f"missing: its library {library.filepath if library else ''} cannot be read")
+        if bpy.app.autoexec_fail and not block.is_embedded_data:
+            owner = getattr(block, "user", block)  # a mesh, of shape keys
+            yield from (
+                Loss(owner.name, f"driver of {path}", "it needs Python, and scripts do not run: 0 stands in") for path in _refused(block)
+            )
+
+
+def _refused(block: bpy.types.ID) -> Iterator[str]:
+    """What the drivers set that Blender refuses while scripts do not run; it computes simple expressions by itself."""
+    tree = None if isinstance(block, bpy.types.Scene) else getattr(block, "node_tree", None)
+    for data in (getattr(owner, "animation_data", None) for owner in (block, tree)):
+        for curve in data.drivers if data else ():
+            if curve.driver.type == "SCRIPTED" and not curve.driver.is_valid and not curve.mute:
+                yield f"{curve.data_path}[{curve.array_index}]"
 
 
 def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:
@@ -79,8 +140,7 @@ def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:
 
 def of_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:
     """What is lost of the render settings that change the scene; Cycles' own trade of noise for bias is not part of a scene."""
-    settings = (*_render_settings(scene), *_cycles_settings(scene))
-    yield from (Loss(scene.name, "render settings", detail) for detail, lost in settings if lost)
+    yield from (Loss(scene.name, "render settings", detail) for detail, lost in _render_settings(scene) if lost)
     layers = [layer.name for layer in scene.view_layers if layer.use]
     yield from (Loss(scene.name, f"view layer '{name}'", ONE_LAYER) for name in layers[1:])
     for kind in ("material", "world"):
@@ -93,19 +153,5 @@ def _render_settings(scene: bpy.types.Scene) -> Iterable[tuple[str, bool]]:
     return (
         ("stereoscopy: only the scene's camera is exported", render.use_multiview),
         ("freestyle: lines are left out", render.use_freestyle),
-        ("motion blur: everything stands still at the frame's own time", render.use_motion_blur and bool(bpy.data.actions)),
-    )
-
-
-def _cycles_settings(scene: bpy.types.Scene) -> Iterable[tuple[str, bool]]:
-    if not hasattr(scene, "cycles"):
-        return ()
-    cycles, render = scene.cycles, scene.render
-    return (
-        ("transparent glass: the world is visible through glass", render.film_transparent and cycles.film_transparent_glass),
-        ("reflective caustics are off: they are in the image", not cycles.caustics_reflective),
-        ("refractive caustics are off: they are in the image", not cycles.caustics_refractive),
-        ("fast global illumination: all bounces are traced", cycles.use_fast_gi),
-        ("camera culling: everything is exported", render.use_simplify and cycles.use_camera_cull),
-        ("distance culling: everything is exported", render.use_simplify and cycles.use_distance_cull),
+        ("fast global illumination: all bounces are traced", hasattr(scene, "cycles") and scene.cycles.use_fast_gi),
     )

@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import bpy
@@ -25,6 +26,9 @@ class Mesh:
     slots: np.ndarray  # (T,) int32, material index of the face
 
 
+_EMPTY = Mesh(*(np.zeros((0, 3), dtype) for dtype in (np.float32, np.int32, np.float32, np.int32)), slots=np.zeros(0, np.int32))
+
+
 @dataclass(frozen=True)
 class Triangles:
     """One instance in the world; every triangle has area."""
@@ -37,13 +41,26 @@ class Triangles:
     mirrored: bool  # whether the corners of each triangle are in reverse order
 
 
-def read_mesh(thing: bpy.types.Object) -> Mesh:
-    """InputError names the object where a vertex is not a finite number, or so large that areas overflow."""
-    mesh: bpy.types.Mesh = thing.data
+@contextmanager
+def evaluated_mesh(thing: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
+    """The mesh of an evaluated object. In edit mode it shows nothing of itself, and a copy stands in, as in Cycles."""
+    if not thing.data.is_editmode:
+        yield thing.data
+        return
+    try:
+        yield thing.to_mesh()
+    finally:
+        thing.to_mesh_clear()
+
+
+def read_mesh(mesh: bpy.types.Mesh) -> Mesh:
+    """Empty where there are no faces. InputError where a vertex is not a finite number, or so large that areas overflow."""
+    if not len(mesh.polygons):
+        return _EMPTY
     vertices = read_array(mesh.attributes["position"].data, "vector", (3,), np.float32)
     if not (usable := np.abs(vertices) < _FAR).all():
         vertex = usable.all(axis=1).argmin()
-        raise InputError(f"object '{thing.name}': vertex {vertex} is out of range: ({', '.join(f'{x:g}' for x in vertices[vertex])})")
+        raise InputError(f"vertex {vertex} is out of range: ({', '.join(f'{x:g}' for x in vertices[vertex])})")
     loops, faces = loop_triangles(mesh), triangle_faces(mesh)
     corners = corner_vertices(mesh)[loops]
     normals, normal = _normals(mesh, corners, faces, loops)
@@ -102,13 +119,12 @@ def _without_loose(mesh: Mesh) -> Mesh:
     return replace(mesh, vertices=mesh.vertices[used], corners=corners)
 
 
-def place(mesh: Mesh, matrix: np.ndarray, name: str) -> Triangles:
+def place(mesh: Mesh, matrix: np.ndarray) -> Triangles:
     """A mesh in the world. `matrix`: (4, 4). Where it mirrors, the winding is turned, so that it still agrees with the normals.
 
-    InputError names the object where the matrix is not finite.
+    InputError as in `check_transform`.
     """
-    if not np.isfinite(matrix).all():
-        raise InputError(f"object '{name}': its transform is not finite")
+    check_transform(matrix)
     cofactors, mirrored = _cofactors(matrix[:3, :3])
     vertices, normals = apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), unit(apply(cofactors, mesh.normals))
     flat = without_area(vertices, mesh.corners)
@@ -118,6 +134,14 @@ def place(mesh: Mesh, matrix: np.ndarray, name: str) -> Triangles:
     if (missing := (normals == 0).all(axis=1)).any():
         _fill(shading, missing[normal], vertices, corners)
     return Triangles(vertices, corners, shading, slots, kept, mirrored)
+
+
+def check_transform(matrix: np.ndarray) -> None:
+    """InputError where a matrix has numbers that are not finite, or too large to place anything by."""
+    if not np.isfinite(matrix).all():
+        raise InputError("its transform is not finite")
+    if np.abs(matrix).max() > _FAR:
+        raise InputError("its transform is out of range")
 
 
 def arranged(values: np.ndarray, kept: np.ndarray | None, mirrored: bool) -> np.ndarray:
@@ -157,12 +181,13 @@ def apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[floa
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """(N, 3) vectors of length 1, or zeros."""
+    """(N, 3) vectors of length 1, or zeros where the length is zero or not a finite number."""
     result = np.empty(vectors.shape, np.float32)
     for block in _blocks(len(vectors)):
         x, y, z = vectors[block].T.astype(np.float64)
         length = np.sqrt(x * x + y * y + z * z)
         result[block] = (np.stack([x, y, z]) / np.where(length > 0, length, np.inf)).T
+        result[block][~np.isfinite(length)] = 0.0
     return result
 
 

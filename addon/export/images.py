@@ -1,5 +1,7 @@
 """Images as textures: stored codes of 8 bits, or linear floats."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
@@ -9,6 +11,7 @@ from blender_rl_guiding.scene.ops import Alpha
 from .network import At
 from .pictures import frame_shown, pictures
 from .resources import Resources
+from .simplify import is_above, shrunk
 
 _LINEAR = ("Non-Color", "Linear Rec.709", "Raw")  # names of colour spaces whose 8-bit codes mean what they say
 _MAGENTA = (1.0, 0.0, 1.0, 1.0)  # of images that cannot be read, as in Cycles
@@ -47,8 +50,13 @@ def _read(resources: Resources, image: bpy.types.Image, frame: int, wants_alpha:
         opaque = not wants_alpha and (multiplied or not associated)
         textures.append(Texture(image.name, *_texels(image, pixels, opaque=opaque, multiplied=multiplied), tile, rest))
     opaque = not wants_alpha and (multiplied or not associated)
+    multiply = False
+    if any(is_above(resources.texture_limit, *t.texels.shape[:2]) for t in textures):
+        multiply = associated and not (opaque or multiplied)
+        textures = [replace(t, texels=shrunk(t.texels, resources.texture_limit, multiply=multiply)) for t in textures]
     number = resources.tiles((image.as_pointer(), frame, opaque), textures)
-    return number, _alpha(wants_alpha, multiplied, opaque or not associated or all(map(_is_opaque, textures))), list(dict.fromkeys(notes))
+    idle = opaque or not associated or all(map(_is_opaque, textures)) or (multiply and not wants_alpha)
+    return number, _alpha(wants_alpha, multiplied or multiply, idle), list(dict.fromkeys(notes))
 
 
 def _alpha(wanted: bool, multiplied: bool, idle: bool) -> Alpha:

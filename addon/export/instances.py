@@ -2,14 +2,14 @@
 
 from array import array
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import bpy
 import numpy as np
 from mathutils import Matrix
 
 from .geometry import Triangles
-from .object_info import ObjectInfo
+from .object_info import ObjectInfo, ObjectKey
 
 # Triangles that are rather kept again for each instance: rays find them faster than through instances, for 0.2 GB in all.
 COPIES = 1 << 20
@@ -94,7 +94,7 @@ class Instances:
         self._matrices.frombytes(matrix[:3].astype(np.float32).tobytes())
         return self._notes[mesh]
 
-    def arrays(self, names: list[str]) -> dict[str, np.ndarray]:
+    def arrays(self, names: Sequence[ObjectKey]) -> dict[str, np.ndarray]:
         """What `SceneData` has of instances, those of one mesh and visibility together; triangles and vertices counted from the first."""
         mesh, seen = np.array(self._mesh, np.int32), np.array(self._seen, np.uint8)
         order = np.lexsort((seen, mesh))

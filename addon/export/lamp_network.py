@@ -8,7 +8,7 @@ import numpy as np
 from blender_rl_guiding.scene.description import Value
 
 from .network import Network
-from .object_info import object_attribute
+from .object_info import own_attribute
 from .resources import Resources
 
 
@@ -35,7 +35,7 @@ class LampNetwork(Network):
 
     def object_attribute(self, name: str) -> Value:
         """What the Object Info node offers."""
-        return object_attribute(name, self._instance)
+        return own_attribute(name, self._instance)
 
     def light_path(self, mode: str) -> Value:
         """Cycles does not tell lamps what kind a ray is of."""

@@ -6,8 +6,14 @@ from collections.abc import Iterable, Sequence
 import bpy
 import numpy as np
 
+from blender_rl_guiding.errors import InputError
+
+from .custom_attributes import CustomAttributes
+
 _AXES = ("x_axis", "y_axis", "z_axis")
 _WORD = 2**32
+
+ObjectKey = str | tuple[str, str, str]  # see `Resources`
 
 
 class ObjectInfo:
@@ -15,17 +21,18 @@ class ObjectInfo:
 
     def __init__(self) -> None:
         self._count = 0
-        self._values: dict[str, array] = {}  # three numbers for each object, up to the last that was asked
+        self._values: dict[ObjectKey, array] = {}  # three numbers for each object, up to the last that was asked
 
-    def add(self, names: Iterable[str], instance: bpy.types.DepsgraphObjectInstance) -> None:
-        """The next object; shaders that are read after it cannot be its own."""
-        for name in names:
+    def add(self, names: Iterable[ObjectKey], instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> None:
+        """The next object; shaders that are read after it cannot be its own. InputError, and no object, where a number is not finite."""
+        found = [(name, object_attribute(name, instance, custom)) for name in names]
+        for name, numbers in found:
             values = self._values.setdefault(name, array("f"))
             values.extend([0.0] * (3 * self._count - len(values)))
-            values.extend(object_attribute(name, instance))
+            values.extend(numbers)
         self._count += 1
 
-    def table(self, names: Sequence[str]) -> np.ndarray:
+    def table(self, names: Sequence[ObjectKey]) -> np.ndarray:
         """(B, O, 3) float32; 0 where an object was not asked."""
         rows = np.zeros((len(names), self._count, 3), np.float32)
         for row, name in zip(rows, names, strict=True):
@@ -34,8 +41,21 @@ class ObjectInfo:
         return rows
 
 
-def object_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, float, float]:
-    """One of `Resources.object_attributes`: a triple, or a number thrice."""
+def object_attribute(name: ObjectKey, instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> tuple[float, float, float]:
+    """One of `Resources.object_attributes`: a triple, or a number thrice. InputError where one is not finite."""
+    x, y, z = _custom(*name, instance, custom) if isinstance(name, tuple) else own_attribute(name, instance)
+    if not np.isfinite((x, y, z)).all():
+        raise InputError(f"its {name if isinstance(name, str) else name[1]} is not finite: ({x:g}, {y:g}, {z:g})")
+    return float(x), float(y), float(z)
+
+
+def _custom(kind: str, name: str, part: str, instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> tuple[float, ...]:
+    color = custom.find(kind, name, instance)
+    return (color[3],) * 3 if part == "Alpha" else color[:3]
+
+
+def own_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, float, float]:
+    """What the Object Info node offers, or an axis."""
     thing = instance.object
     if name in _AXES:
         matrix = np.array(instance.matrix_world, np.float64)[:3, :3]
@@ -46,7 +66,7 @@ def object_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> 
         x, y, z = instance.matrix_world.translation
     else:
         x = y = z = {"alpha": thing.color[3], "object_index": thing.pass_index, "random": random_number(instance)}[name]
-    return float(x), float(y), float(z)
+    return x, y, z
 
 
 def random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:

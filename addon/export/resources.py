@@ -29,13 +29,15 @@ class Resources:
 
     Object attributes, the same all over an object:
     - random, location, color, alpha, object_index: what the Object Info node offers; one number thrice
+    - (kind, name, "Color" or "Alpha"): what the Attribute node reads of kind OBJECT, INSTANCER or VIEW_LAYER; the alpha thrice
     - x_axis, y_axis, z_axis: columns of the inverse transpose of the 3 x 3 of matrix_world, which normals are taken to world space by
     """
 
-    def __init__(self, frame: int = 1) -> None:
+    def __init__(self, frame: int = 1, texture_limit: int = 0) -> None:
         self.frame = frame  # of the scene
+        self.texture_limit = texture_limit  # the most texels that a side of a texture may have; 0 is no limit
         self.corner_attributes: list[tuple[str, str]] = []
-        self.object_attributes: list[str] = []
+        self.object_attributes: list[str | tuple[str, str, str]] = []
         self.textures: list[Texture] = []
         self._texture_numbers: dict[Hashable, int] = {}
         self._images: dict[Hashable, tuple[int, Alpha, list[str]]] = {}
@@ -50,7 +52,7 @@ class Resources:
         """The number of a corner attribute, which is new if it has not been asked for before."""
         return _number(self.corner_attributes, (kind, name))
 
-    def object_attribute(self, name: str) -> int:
+    def object_attribute(self, name: str | tuple[str, str, str]) -> int:
         """The number of an object attribute."""
         return _number(self.object_attributes, name)
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import instances
-from .description import VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value, emits
+from .description import CAMERA, VISIBLE, Bounces, Camera, Closure, Film, Lamp, Loss, Node, Shader, Value, emits
 
 TABLE_SIZE = 256
 _GRID = 64.0  # metres
@@ -123,13 +123,13 @@ class SceneData:
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of a box around the scene, from its origin, (3,) float32 each."""
+        """Lowest and highest corner of a box around the scene, from its origin, (3,) float32 each; of a cube of a metre if it is empty."""
         low, high = self._box
         return low - self.origin, high - self.origin
 
     @cached_property
     def _box(self) -> tuple[np.ndarray, np.ndarray]:
-        return instances.box(self)
+        return instances.box(self) if len(self.triangles) else (np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32))
 
     @cached_property
     def key(self) -> str:
@@ -163,29 +163,33 @@ class SceneData:
 
 def find_fault(scene: SceneData) -> str:
     """The first thing that makes a scene impossible to render, in one line; empty if there is none."""
-    triangles, shaders = scene.triangles, len(scene.shaders)
-    if not len(triangles):
-        return "the scene is empty: no triangles"
-    if triangles.min() < 0 or triangles.max() >= len(scene.vertices):
-        return f"triangles point to vertices {triangles.min()}..{triangles.max()}, but there are {len(scene.vertices)}"
-    if fault := instances.find_bad_table(scene):
-        return fault
-    in_world = int(scene.meshes[0]) if len(scene.meshes) else len(triangles)
-    for name, count in (("material", len(triangles)), ("object", in_world), ("normals", len(triangles))):
-        if len(getattr(scene, name)) != count:
-            return f"{count} triangles, but {len(getattr(scene, name))} in {name}"
-    if scene.material.min() < 0 or scene.material.max() >= shaders:
-        return f"triangles point to materials {scene.material.min()}..{scene.material.max()}, but there are {shaders}"
     return (
-        _find_bad_object(scene)
+        _find_bad_index(scene)
+        or instances.find_bad_table(scene)
+        or _find_bad_length(scene)
+        or _find_bad_object(scene)
         or _find_infinite(scene)
         or _find_flat(scene)
         or instances.find_singular(scene)
         or instances.find_shining(scene)
         or _find_bad_description(scene)
         or _find_bad_shader(scene)
-        or _find_darkness(scene)
     )
+
+
+def _find_bad_index(scene: SceneData) -> str:
+    for plural, indices, there in (("vertices", scene.triangles, scene.vertices), ("materials", scene.material, scene.shaders)):
+        if indices.size and (indices.min() < 0 or indices.max() >= len(there)):
+            return f"triangles point to {plural} {indices.min()}..{indices.max()}, but there are {len(there)}"
+    return ""
+
+
+def _find_bad_length(scene: SceneData) -> str:
+    in_world = int(scene.meshes[0]) if len(scene.meshes) else len(scene.triangles)
+    for name, count in (("material", len(scene.triangles)), ("object", in_world), ("normals", len(scene.triangles))):
+        if len(getattr(scene, name)) != count:
+            return f"{count} triangles, but {len(getattr(scene, name))} in {name}"
+    return ""
 
 
 def _find_bad_object(scene: SceneData) -> str:
@@ -249,29 +253,38 @@ def _find_bad_description(scene: SceneData) -> str:
     if negative := [name for name, value in asdict(scene.bounces).items() if value < 0]:
         return f"bounces: {negative[0]} is negative"
     for lamp in scene.lamps:
-        numbers = (*np.ravel(lamp.to_world), *lamp.emission, lamp.radius, lamp.cone, lamp.blend, lamp.width, lamp.height, lamp.spread)
-        impossible = not np.isfinite(numbers).all() or min(*lamp.emission, lamp.radius, lamp.width, lamp.height) < 0
-        if lamp.kind not in _LAMPS or np.shape(lamp.to_world) != (4, 4) or impossible:
-            return f"lamp {lamp.name!r} is not one: {lamp}"
         if not -1 <= lamp.shader < len(scene.shaders):
             return f"lamp {lamp.name!r} has shader {lamp.shader}, but there are {len(scene.shaders)}"
     for k, texture in enumerate(scene.textures):
         if not 0 <= texture.rest < len(scene.textures) - k:
             return f"texture {texture.name!r} is followed by {texture.rest} tiles, but there are {len(scene.textures) - k - 1} textures"
+    return next(filter(None, map(fault_of_lamp, scene.lamps)), "")
+
+
+def fault_of_lamp(lamp: Lamp) -> str:
+    """What makes a lamp impossible, in one line; empty if nothing does."""
+    numbers = (*np.ravel(lamp.to_world), *lamp.emission, lamp.radius, lamp.cone, lamp.blend, lamp.width, lamp.height, lamp.spread)
+    impossible = not np.isfinite(numbers).all() or min(*lamp.emission, lamp.radius, lamp.width, lamp.height) < 0
+    if lamp.kind not in _LAMPS or np.shape(lamp.to_world) != (4, 4) or impossible:
+        return f"lamp {lamp.name!r} is not one: {lamp}"
     return ""
 
 
 def _find_bad_shader(scene: SceneData) -> str:
-    for shader in (*scene.shaders, scene.world):
-        for k, instruction in enumerate(shader.code):
-            if any(isinstance(value, Node) and not 0 <= value.index < k for value in instruction.inputs):
-                return f"shader {shader.name!r}: step {k}, {instruction.op}, reads a value that is not computed before it"
-        for value in (v for closure in shader.closures for v in _values(closure)):
-            if isinstance(value, Node) and not 0 <= value.index < len(shader.code):
-                return f"shader {shader.name!r}: a closure reads step {value.index} of {len(shader.code)}"
-        constants = [v for part in (*shader.code, *shader.closures) for v in _values(part) if not isinstance(v, Node)]
-        if bad := [v for v in constants if not np.isfinite(v).all()]:
-            return f"shader {shader.name!r} has the value {bad[0]}, which is not finite"
+    return next(filter(None, map(fault_of_shader, (*scene.shaders, scene.world))), "")
+
+
+def fault_of_shader(shader: Shader) -> str:
+    """What makes a shader impossible, in one line; empty if nothing does."""
+    for k, instruction in enumerate(shader.code):
+        if any(isinstance(value, Node) and not 0 <= value.index < k for value in instruction.inputs):
+            return f"shader {shader.name!r}: step {k}, {instruction.op}, reads a value that is not computed before it"
+    for value in (v for closure in shader.closures for v in _values(closure)):
+        if isinstance(value, Node) and not 0 <= value.index < len(shader.code):
+            return f"shader {shader.name!r}: a closure reads step {value.index} of {len(shader.code)}"
+    constants = [v for part in (*shader.code, *shader.closures) for v in _values(part) if not isinstance(v, Node)]
+    if bad := [v for v in constants if not np.isfinite(v).all()]:
+        return f"shader {shader.name!r} has the value {bad[0]}, which is not finite"
     return ""
 
 
@@ -279,8 +292,11 @@ def _values(part: Any) -> Iterator[Value]:
     yield from (part.weight, *part.inputs.values()) if isinstance(part, Closure) else part.inputs
 
 
-def _find_darkness(scene: SceneData) -> str:
+def find_nothing(scene: SceneData) -> str:
+    """What makes the image of a scene a plain one, in one line: no light, or nothing but the world; empty if nothing does."""
     used = [scene.shaders[m] for m in np.unique(scene.material)]
-    if scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures):
-        return ""
-    return "the scene has no light: no lamp, no emitting surface, and the world is black"
+    if not (scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures)):
+        return "the scene is dark: no lamp, no emitting surface, and the world is black"
+    if not len(scene.triangles) and not any(lamp.visibility & CAMERA for lamp in scene.lamps):
+        return "the scene is empty: nothing but the world is in the image"
+    return ""

@@ -7,6 +7,7 @@ import numpy as np
 
 from .data import SceneData
 from .description import CAMERA, Camera, Matrix
+from .instances import boxes_of, placed
 from .view import AUTO, View
 
 # From what is looked at to the camera: from the front, which is -y in Blender, a little from the right and from above.
@@ -60,7 +61,7 @@ def framed(scene: SceneData) -> Camera:
     far = 10 * float(np.linalg.norm(np.subtract(*everything.bounds)))
     camera = replace(scene.camera, far=max(far, scene.camera.far))
     corners, owners = _occluders(scene, shown)
-    outside = _from_outside(shown, camera, cut=_encloses(lit.boxes[left_out], *shown.bounds).any())
+    outside = _from_outside(shown, camera, cut=bool(_encloses(lit.boxes[left_out], *shown.bounds).any()))
     if _is_room(shown, np.array(outside.to_world)[:3, 3], corners, owners):
         return _from_inside(shown, camera, corners)
     return outside
@@ -71,10 +72,21 @@ def framed(scene: SceneData) -> Camera:
 
 def _objects(scene: SceneData) -> Objects:
     """All objects that the camera sees; a cube of 2 m where there is none."""
+    found = (_in_world(scene), _instances(scene))
+    boxes, names = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Objects(boxes, names) if len(names) else Objects(np.array([[(-1.0,) * 3, (1.0,) * 3]]), np.array([-1]))
+
+
+def _instances(scene: SceneData) -> Objects:
+    names = placed(scene) + np.arange(len(scene.instances))
+    boxes = np.concatenate([np.empty((0, 2, 3)), *boxes_of(scene)])
+    return Objects(boxes, names).where((scene.visibility[names] & CAMERA) != 0)
+
+
+def _in_world(scene: SceneData) -> Objects:
+    """Those whose triangles are in the world."""
     seen = (scene.visibility[scene.object] & CAMERA) != 0
-    triangles, owners = scene.triangles[seen], scene.object[seen]
-    if not len(triangles):
-        return Objects(np.array([[(-1.0,) * 3, (1.0,) * 3]]), np.array([-1]))
+    triangles, owners = scene.triangles[: len(scene.object)][seen], scene.object[seen]
     names, starts = np.unique(owners, return_index=True)  # triangles of an object follow each other
     boxes = np.empty((len(names), 2, 3))
     for side, extreme in enumerate((np.minimum, np.maximum)):
@@ -86,7 +98,7 @@ def _objects(scene: SceneData) -> Objects:
 def _without_lights(scene: SceneData, objects: Objects) -> Objects:
     """Those that do more than shine; all, if none does."""
     shines = np.array([{closure.kind for closure in shader.closures} == {"emission"} for shader in scene.shaders], bool)
-    plain = np.isin(objects.names, scene.object[~shines[scene.material]])
+    plain = np.isin(objects.names, scene.object[~shines[scene.material[: len(scene.object)]]]) | (objects.names >= placed(scene))
     return objects.where(plain) if plain.any() else objects
 
 

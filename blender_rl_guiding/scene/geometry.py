@@ -1,6 +1,6 @@
 """Triangles: rays against them by Embree, called from inside the kernels, and the surface at a hit.
 
-See `embree` for what is called, and docs/decisions/0006, 0012 and 0013 for why.
+See `embree` for what is called, and docs/decisions/0006, 0012 and 0015 for why.
 """
 
 import math

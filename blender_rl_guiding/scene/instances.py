@@ -46,13 +46,13 @@ def world_vertices(scene: SceneData) -> int:
 def box(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest corner, (3,) float32, of a box around all: around the boxes of instances, not their vertices."""
     world = scene.vertices[: world_vertices(scene)]
-    boxes = [(world.min(axis=0), world.max(axis=0))] if len(world) else []
-    low, high = zip(*boxes, *_boxes(scene), strict=True)
-    return np.min(low, axis=0), np.max(high, axis=0)
+    corners = [np.stack([world.min(axis=0), world.max(axis=0)])] if len(world) else []
+    corners += [np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]) for boxes in boxes_of(scene)]
+    return np.min(corners, axis=0)[0], np.max(corners, axis=0)[1]
 
 
-def _boxes(scene: SceneData) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Around all instances of each mesh."""
+def boxes_of(scene: SceneData) -> Iterator[np.ndarray]:
+    """(n, 2, 3) float32, lowest and highest corner around each instance, in their order, some at a time."""
     ends = scene.meshes + sizes(scene)
     for first, end in runs(scene.instances):
         mesh = scene.instances[first]
@@ -60,13 +60,13 @@ def _boxes(scene: SceneData) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         vertices = scene.vertices[corners.min() : corners.max() + 1]
         low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
         for start in range(first, end, _BLOCK):
-            yield _box(scene.instance_to_world[start : min(start + _BLOCK, end)], low, high)
+            yield _placed_boxes(scene.instance_to_world[start : min(start + _BLOCK, end)], low, high)
 
 
-def _box(matrices: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _placed_boxes(matrices: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     middle = matrices[:, :, :3] @ ((low + high) / 2) + matrices[:, :, 3]
     half = np.abs(matrices[:, :, :3]) @ ((high - low) / 2)
-    return (middle - half).min(axis=0).astype(np.float32), (middle + half).max(axis=0).astype(np.float32)
+    return np.stack([middle - half, middle + half], axis=1).astype(np.float32)
 
 
 def invertible(matrices: np.ndarray) -> np.ndarray:

@@ -235,7 +235,7 @@ def test_tangents_are_those_of_mikktspace(scene: bpy.types.Scene, smooth: bool):
     if smooth:
         thing.data.shade_smooth()
     thing.data.calc_tangents(uvmap=thing.data.uv_layers[0].name)
-    loops, mesh = loop_triangles(thing.data), read_mesh(thing)
+    loops, mesh = loop_triangles(thing.data), read_mesh(thing.data)
     uvs = read_array(thing.data.uv_layers[0].uv, "vector", (2,), np.float32)[loops]
     directions, signs = tangents(mesh.vertices[mesh.corners], mesh.normals[mesh.normal], uvs)
     assert directions == pytest.approx(read_array(thing.data.loops, "tangent", (3,), np.float32)[loops], abs=1e-5)

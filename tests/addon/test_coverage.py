@@ -1,14 +1,13 @@
-"""Objects and render settings that the bundle does not take over are listed by name; faults are one line that names the object."""
+"""Objects and render settings that the bundle does not take over are listed by name, and what cannot be read."""
 
-import math
 from collections.abc import Callable
+from pathlib import Path
 
 import bpy
-import numpy as np
 import pytest
 
-from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData
+from tests.addon.trees import lines, node, put
 
 Export = Callable[[], SceneData]
 GREASE_PENCILS = "grease_pencils" if bpy.app.version >= (5, 0) else "grease_pencils_v3"
@@ -18,10 +17,6 @@ GREASE_PENCILS = "grease_pencils" if bpy.app.version >= (5, 0) else "grease_penc
 def plane(scene: bpy.types.Scene) -> bpy.types.Object:
     bpy.ops.mesh.primitive_plane_add()
     return bpy.context.object
-
-
-def lines(scene: SceneData) -> list[str]:
-    return [f"{loss.object}, {loss.where}: {loss.detail}" for loss in scene.coverage]
 
 
 @pytest.mark.parametrize(
@@ -58,6 +53,8 @@ def test_hair(run: Export, plane: bpy.types.Object):
 def test_special_visibility(run: Export, plane: bpy.types.Object, switch: str, value: bool, detail: str):
     setattr(plane, switch, value)
     assert lines(run()) == [f"Plane, : {detail}"]
+    plane.visible_camera = False
+    assert lines(run()) == []
 
 
 def test_held_out_collections(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
@@ -69,8 +66,11 @@ def test_held_out_collections(run: Export, scene: bpy.types.Scene, plane: bpy.ty
     assert lines(run()) == ["Plane, : holdout: a normal surface stands in"]
 
 
-def test_light_linking(run: Export, plane: bpy.types.Object):
+def test_light_linking_of_what_shines(run: Export, plane: bpy.types.Object, new_material: Callable[[str], bpy.types.Material]):
     plane.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
+    assert lines(run()) == []
+    plane.data.materials.append(new_material("Glow"))
+    put(plane.data.materials[0], "ShaderNodeEmission")
     assert lines(run()) == ["Plane, : light linking: lights everything"]
 
 
@@ -93,8 +93,6 @@ def test_render_settings(run: Export, scene: bpy.types.Scene, plane: bpy.types.O
 @pytest.mark.parametrize(
     ("setting", "value", "word"),
     [
-        ("caustics_reflective", False, "reflective caustics are off"),
-        ("caustics_refractive", False, "refractive caustics are off"),
         ("use_fast_gi", True, "fast global illumination"),
     ],
 )
@@ -104,30 +102,36 @@ def test_what_cycles_leaves_out(run: Export, scene: bpy.types.Scene, plane: bpy.
     assert line.startswith(f"Scene, render settings: {word}: ")
 
 
-def test_transparent_glass(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
+@pytest.mark.parametrize(
+    ("kind", "details"),
+    [
+        ("ShaderNodeBsdfDiffuse", []),
+        ("ShaderNodeBsdfPrincipled", ["reflective caustics are off"]),
+        ("ShaderNodeBsdfRefraction", ["refractive caustics are off"]),
+        ("ShaderNodeBsdfGlass", ["reflective caustics are off", "refractive caustics are off"]),
+    ],
+)
+def test_caustics_that_something_casts(
+    run: Export, scene: bpy.types.Scene, plane: bpy.types.Object, paint: bpy.types.Material, kind: str, details: list[str]
+):
+    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = False
+    plane.data.materials.append(paint)
+    put(paint, kind)
+    assert [line.split(": ")[1] for line in lines(run())] == details
+
+
+def test_transparent_glass(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object, paint: bpy.types.Material):
     scene.cycles.film_transparent_glass = True
+    plane.data.materials.append(paint)
+    put(paint, "ShaderNodeBsdfGlass")
     assert lines(run()) == []
     scene.render.film_transparent = True
     assert lines(run()) == ["Scene, render settings: transparent glass: the world is visible through glass"]
 
 
-def test_culling_works_with_simplify_alone(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
-    scene.cycles.use_camera_cull = scene.cycles.use_distance_cull = True
-    assert lines(run()) == []
-    scene.render.use_simplify = True
-    assert [line.split(": ")[1] for line in lines(run())] == ["camera culling", "distance culling"]
-
-
 def test_overrides_of_the_view_layer(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
     scene.view_layers[0].material_override = bpy.data.materials.new("Clay")
     assert lines(run()) == ["Scene, view layer 'ViewLayer': material override: not applied"]
-
-
-def test_motion_blur_of_what_moves(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
-    scene.render.use_motion_blur = True
-    assert lines(run()) == []
-    plane.keyframe_insert("location")
-    assert lines(run()) == ["Scene, render settings: motion blur: everything stands still at the frame's own time"]
 
 
 @pytest.mark.parametrize(
@@ -138,39 +142,71 @@ def test_cameras(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object, k
     assert lines(run()) == [f"Camera, camera: type {name}: a perspective camera of 50 mm stands in"]
 
 
-def test_triangles_without_area_are_left_out(run: Export, plane: bpy.types.Object):
+def test_what_nothing_sees_is_not_listed(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
+    """Triangles without area, and whatever no rays can reach."""
     mesh = bpy.data.meshes.new("Pole")
     mesh.from_pydata([(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 0), (2, 0, 0)], [], [(0, 1, 2, 3), (0, 1, 4)])
     plane.data = mesh
-    scene = run()
-    assert len(scene.triangles) == 1
-    assert lines(scene) == ["Plane, mesh: 2 triangle(s) without area are left out"]
+    fog = bpy.data.objects.new("Fog", bpy.data.volumes.new("Fog"))
+    scene.collection.objects.link(fog)
+    bpy.ops.object.light_add(type="SPOT")
+    lamp = bpy.context.object
+    lamp.data.cycles.max_bounces, lamp.scale.x = 1, 3.0
+    hidden = plane.copy()
+    scene.collection.objects.link(hidden)
+    hidden.is_holdout = True
+    things = fog, lamp, hidden
+    assert len({line.split(",")[0] for line in lines(run())}) == len(things)
+    for thing in things:
+        for kind in ("camera", "diffuse", "glossy", "transmission", "shadow", "volume_scatter"):
+            setattr(thing, f"visible_{kind}", False)
+    exported = run()
+    assert lines(exported) == []
+    assert len(exported.triangles) == 1
+    assert exported.lamps == ()
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, 3e38])
-def test_a_vertex_that_is_not_finite_is_a_fault(run: Export, plane: bpy.types.Object, value: float):
-    positions = np.zeros(12, np.float32)
-    plane.data.vertices.foreach_get("co", positions)
-    positions[7] = value
-    plane.data.vertices.foreach_set("co", positions)
-    with pytest.raises(InputError, match=rf"^Scene: object 'Plane': vertex 2 is out of range: \(-1, {value:g}, 0\)$".replace("+", r"\+")):
-        run()
+def test_the_world_is_not_listed_where_nothing_sees_it(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
+    tree = scene.world.node_tree
+    node(tree, "ShaderNodeVolumeScatter", into=next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputWorld").inputs["Volume"])
+    bpy.ops.object.light_add()
+    assert [line.split(",")[0] for line in lines(run())] == ["World"]
+    for kind in ("camera", "diffuse", "glossy", "transmission", "scatter"):
+        setattr(scene.world.cycles_visibility, kind, False)
+    assert lines(run()) == []
 
 
-def test_a_transform_that_is_not_finite_is_a_fault(run: Export, plane: bpy.types.Object):
-    plane.location.x = math.nan
-    with pytest.raises(InputError, match=r"^Scene: object 'Plane': its transform is not finite$"):
-        run()
+@pytest.fixture
+def linked(tmp_path: Path) -> Path:
+    """A file whose cube is linked from one that is gone, and whose other cube has drivers, one of them in Python."""
+    library, path = str(tmp_path / "library.blend"), tmp_path / "linked.blend"
+    bpy.ops.mesh.primitive_cube_add()
+    cube = bpy.context.object
+    cube.name = "Linked"
+    bpy.data.libraries.write(library, {cube})
+    bpy.data.objects.remove(cube)
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.objects = ["Linked"]
+    bpy.context.scene.collection.objects.link(wanted.objects[0])
+    bpy.ops.mesh.primitive_cube_add()
+    for axis, expression in enumerate(("len([x for x in range(3)])", "1 + frame / 40")):
+        bpy.context.object.driver_add("scale", axis).driver.expression = expression
+    material = bpy.data.materials.new("Paint")
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True
+    bpy.context.object.data.materials.append(material)
+    material.node_tree.driver_add('nodes["Principled BSDF"].inputs[1].default_value').driver.expression = "len([1 for x in range(3)])"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    Path(library).unlink()
+    return path
 
 
-def test_an_empty_scene_is_a_fault(run: Export):
-    with pytest.raises(InputError, match=r"^Scene: the scene is empty: no triangles$"):
-        run()
-
-
-def test_a_dark_scene_is_a_fault(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
-    scene.world = None
-    with pytest.raises(InputError, match=r"^Scene: the scene has no light: no lamp, no emitting surface, and the world is black$"):
-        run()
-    bpy.ops.object.light_add(type="SUN")
-    assert [lamp.name for lamp in run().lamps] == ["Sun"]
+def test_what_blender_does_not_find_or_compute(run: Export, plane: bpy.types.Object, linked: Path):
+    python = "it needs Python, and scripts do not run: 0 stands in"
+    drivers = ["Cube, driver of scale[0]", 'Paint, driver of nodes["Principled BSDF"].inputs[1].default_value[0]']
+    for scripts, refused in ((False, [f"{driver}: {python}" for driver in drivers]), (True, [])):
+        bpy.ops.wm.open_mainfile(filepath=str(linked), load_ui=False, use_scripts=scripts)
+        missing, *others = lines(run())
+        assert missing.startswith("Linked, : missing: its library ")
+        assert missing.endswith("library.blend cannot be read")
+        assert others == refused

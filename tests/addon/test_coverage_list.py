@@ -51,7 +51,7 @@ def test_check_scene_lists_lamps_that_are_left_to_chance(foggy: bpy.types.Scene)
 def test_check_scene_tells_what_makes_it_impossible(scene: bpy.types.Scene):
     scene.render.engine = "RL_GUIDED"
     bpy.ops.rl_guided.check()
-    assert panel_of(scene).texts[-1] == "Scene: the scene is empty: no triangles"
+    assert [loss.detail for loss in listed()] == ["the scene is empty: nothing but the world is in the image"]
     scene.camera = None
     bpy.ops.rl_guided.check()
     assert "camera" in panel_of(scene).texts[-1].lower()
@@ -67,6 +67,10 @@ def test_check_scene_sees_what_renders_see(foggy: bpy.types.Scene):
 
 
 def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
+    """Not even where it looks at other times."""
+    foggy.render.use_motion_blur = True
+    bpy.data.objects["Plane"].driver_add("location", 0).driver.expression = "frame"
+    foggy.frame_set(5)
     foggy.render.engine = "CYCLES"
     foggy.cycles.samples = 1
     bpy.ops.render.render()
@@ -76,12 +80,13 @@ def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
         bpy.data.images["Render Result"].save_render(str(tmp_path / "result.png"))
         kinds = (bpy.data.scenes, bpy.data.objects, bpy.data.images, bpy.data.collections, bpy.data.worlds)
         blocks = [(block.name, block.users) for kind in kinds for block in kind]
-        return blocks, bpy.data.is_dirty, (tmp_path / "result.png").read_bytes(), foggy.render.engine
+        time = foggy.frame_current, foggy.frame_subframe, bpy.data.objects["Plane"].matrix_world.translation.x
+        return time, blocks, bpy.data.is_dirty, (tmp_path / "result.png").read_bytes(), foggy.render.engine
 
     before = state()
-    check(foggy)
+    assert [loss.object for loss in check(foggy)[0]] == ["Scene", "Fog", "Plane"]
     assert state() == before
-    assert bpy.app.version < (5, 0) or before[1] is False  # before 5.0 the bpy module takes every file for changed
+    assert bpy.app.version < (5, 0) or before[2] is False  # before 5.0 the bpy module takes every file for changed
 
 
 def test_check_scene_is_no_render_to_others(foggy: bpy.types.Scene):

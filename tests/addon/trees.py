@@ -1,4 +1,4 @@
-"""Node trees for tests, and what the exporter makes of them."""
+"""Node trees for tests, and what the exporter makes of them and says of what it leaves out."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ import bpy
 
 from addon.export.materials import read_material
 from addon.export.resources import Resources
+from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader, Value
 
 
@@ -26,6 +27,11 @@ def node(tree: bpy.types.NodeTree, kind: str, *, into: Any = None, output: int |
 def surface(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     """Where the shader goes."""
     return next(n for n in tree.nodes if n.bl_idname.startswith("ShaderNodeOutput")).inputs["Surface"]
+
+
+def lines(scene: SceneData) -> list[str]:
+    """The coverage list of a scene."""
+    return [f"{loss.object}, {loss.where}: {loss.detail}" for loss in scene.coverage]
 
 
 def put(material: bpy.types.Material, kind: str, **inputs: Any) -> bpy.types.Node:

@@ -89,6 +89,13 @@ class Stage:
         """Turn an object's -z axis to a point, y up."""
         thing.rotation_euler = (Vector(at) - thing.location).to_track_quat("-Z", "Y").to_euler()
 
+    def edit(self, *things: bpy.types.Object) -> None:
+        """Leave objects in edit mode."""
+        for thing in things:
+            thing.select_set(True)
+        bpy.context.view_layer.objects.active = things[0]
+        bpy.ops.object.mode_set(mode="EDIT")
+
     def floor(self, material: bpy.types.Material | None = None, size: float = 8.0, **attributes: Any) -> bpy.types.Object:
         """A square in the plane z = 0."""
         return self.place("Floor", mesh(bmesh.ops.create_grid, material, x_segments=1, y_segments=1, size=size / 2), **attributes)

@@ -2,7 +2,7 @@
 
 import itertools
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from blender_rl_guiding.render import Result, render, renderer
 from blender_rl_guiding.render.passes import PassTracer
 from blender_rl_guiding.render.renderer import LEAST_SAMPLES
 from blender_rl_guiding.scene.description import Closure, Shader
-from blender_rl_guiding.settings import DQN, Machine, Render
+from blender_rl_guiding.settings import DQN, Guide, Machine, Render
 from tests import scenes
 
 MACHINE = Machine(batch=1024)
@@ -168,3 +168,25 @@ def test_what_is_not_a_number_is_refused_by_pixel(gain, guide):
         return
     with pytest.raises(FloatingPointError, match=r"^pixel \([01], [45]\) received radiance that is not a finite number$"):
         render(scene, Render(spp=2, nee=False, guide=guide), MACHINE)
+
+
+# --- nothing to see, nothing to learn --------------------------------------------------------------------------------
+
+GREY = (0.5, 0.25, 1.0)
+PLAIN = {
+    "dark and empty": (scenes.empty(4), (0.0, 0.0, 0.0)),
+    "empty": (scenes.empty(4, GREY), GREY),
+    "dark": (
+        replace(scenes.tiny(4), world=scenes.sky((0.0, 0.0, 0.0)), shaders=(scenes.material("grey", GREY),) * 9, lamps=()),
+        (0.0,) * 3,
+    ),
+}
+
+
+@pytest.mark.parametrize("guide", get_args(Guide))
+@pytest.mark.parametrize("name", PLAIN)
+def test_plain_images_of_all_guides(name: str, guide: type):
+    scene, color = PLAIN[name]
+    for nee in (False, True):
+        result = render(scene, Render(spp=4, guide=guide(), nee=nee, passes=True), MACHINE)
+        assert result.image == pytest.approx(np.broadcast_to(color, (4, 4, 3)))

@@ -11,8 +11,8 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import VERSION, load, save
-from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture, emits, find_fault, without_area
-from blender_rl_guiding.scene.description import Closure, Film, Instruction, Node, Shader
+from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture, emits, find_fault, find_nothing, without_area
+from blender_rl_guiding.scene.description import DIFFUSE, IDENTITY, VISIBLE, Closure, Film, Instruction, Lamp, Node, Shader
 from tests import scenes
 from tests.bundles import changed, lamp, rewrite, shader, whole
 
@@ -182,7 +182,6 @@ def test_compressed_bundles_are_read(scene, tmp_path):
 
 # --- scenes that cannot be rendered ------------------------------------------------------------------------------------
 
-EMPTY = {name: np.zeros([length or 0 for length in ARRAYS[name][1]], ARRAYS[name][0]) for name in ("triangles", "normals", "material")}
 FLAT = ((1.0, 0.0), (0.0, 1.0))
 
 
@@ -203,7 +202,6 @@ def unlit(s: SceneData) -> dict[str, Any]:
 
 
 FAULTS = {
-    "the scene is empty": lambda s: EMPTY,
     "vertices -1..": lambda s: {"triangles": changed(s.triangles, (3, 1), -1)},
     "..99999, but there are": lambda s: {"triangles": changed(s.triangles, (3, 1), 99999)},
     "in material": lambda s: {"material": s.material[:-1]},
@@ -260,7 +258,6 @@ FAULTS = {
     "has the value (nan": lambda s: shader(s, closures=(Closure("diffuse", 1.0, {"color": (NAN, 0.0, 0.0)}),)),
     "has the value inf": lambda s: shader(s, closures=(Closure("diffuse", INF),)),
     "shader 'sky' has the value nan": lambda s: {"world": Shader("sky", (Instruction("invert", (NAN, 1.0)),))},
-    "no light": unlit,
 }
 
 
@@ -311,16 +308,26 @@ def test_a_scene_needs_something_that_emits(scene, name):
     code, closures = (Instruction("normal"),), (closure,) if closure else ()
     dark = replace(scene, **unlit(scene))
     for values in (shader(dark, code=code, closures=closures), {"world": Shader("", code, closures)}):
-        assert ("no light" in find_fault(replace(dark, **values))) != lit
-    assert find_fault(replace(dark, lamps=scene.lamps)) == ""
+        assert ("dark" in find_nothing(replace(dark, **values))) != lit
+    assert find_nothing(replace(dark, lamps=scene.lamps)) == ""
 
 
 def test_an_emitter_that_no_triangle_has_is_no_light(scene):
     dark = replace(scene, **unlit(scene))
     unused = Shader("", (), (Closure("emission", 1.0),))
-    assert "no light" in find_fault(replace(dark, shaders=(*dark.shaders, unused)))
+    assert "dark" in find_nothing(replace(dark, shaders=(*dark.shaders, unused)))
+
+
+def test_a_scene_without_triangles_is_empty_unless_a_lamp_is_seen():
+    nothing = scenes.empty(2, (1.0, 1.0, 1.0))
+    assert "empty" in find_nothing(nothing)
+    lamps = {
+        visibility: (Lamp("", "point", IDENTITY, (1.0, 1.0, 1.0), radius=1.0, visibility=visibility),) for visibility in (VISIBLE, DIFFUSE)
+    }
+    assert [bool(find_nothing(replace(nothing, lamps=lamps[visibility]))) for visibility in lamps] == [False, True]
+    assert find_fault(nothing) == ""
 
 
 def test_good_scenes_have_no_fault(scene):
-    assert find_fault(scene) == ""
+    assert find_fault(scene) == find_nothing(scene) == ""
     assert find_fault(scenes.tiny()) == ""

@@ -70,11 +70,15 @@ def _uv_map(at: At, output: str) -> Value:
 
 def _attribute(at: At, output: str) -> Value | None:
     node = at.node
-    if node.attribute_type != "GEOMETRY":
-        at.note(f"attributes of kind {node.attribute_type} are not supported: the unlinked values of the sockets that it leads to stand in")
+    if (at.network.world and node.attribute_type == "VIEW_LAYER") or (at.network.lamp and node.attribute_type != "GEOMETRY"):
+        at.note(f"attributes of type {node.attribute_type}: the unlinked values of the sockets that it leads to stand in")
         return None
     if not node.attribute_name or at.network.world:
         return 0.0
+    if node.attribute_type != "GEOMETRY":
+        key = node.attribute_type, node.attribute_name, "Alpha" if output == "Alpha" else "Color"
+        value = at.add("object_attribute", options=(at.network.resources.object_attribute(key),))
+        return at.add("average", value) if output == "Fac" else value
     if output == "Alpha":
         return at.attribute("ATTRIBUTE_ALPHA", node.attribute_name)
     value = at.attribute("ATTRIBUTE", node.attribute_name)

@@ -5,6 +5,7 @@ Listing them needs no Blender: they get everything from the `Stage` that they ar
 
 from . import (
     cameras,
+    custom,
     edges,
     far,
     geometry,
@@ -15,6 +16,7 @@ from . import (
     patterns,
     pictures,
     principled,
+    simplify,
     skies,
     surfaces,
     textures,
@@ -25,6 +27,7 @@ __all__ = [
     "CASES",
     "Case",
     "cameras",
+    "custom",
     "edges",
     "far",
     "geometry",
@@ -35,6 +38,7 @@ __all__ = [
     "patterns",
     "pictures",
     "principled",
+    "simplify",
     "skies",
     "surfaces",
     "textures",

@@ -36,6 +36,19 @@ def custom_normals(s: Stage, shader: tuple[str, dict[str, float]]) -> None:
 
 
 @case()
+def in_edit_mode(s: Stage) -> None:
+    """With modifiers that show there and not; beside a mesh without faces."""
+    lit(s)
+    ball, box = s.ball(s.diffuse((0.8, 0.35, 0.12)), segments=8), s.box(s.diffuse((0.15, 0.35, 0.75)))
+    ball.modifiers.new("Subdivision", "SUBSURF").show_in_editmode = False
+    box.modifiers.new("Bevel", "BEVEL").width = 0.3
+    edges = s.data.meshes.new("Edges")
+    edges.from_pydata([(-1.0, 0.0, 2.0), (1.0, 0.0, 2.0)], [(0, 1)], [])
+    s.place("Edges", edges)
+    s.edit(ball, box)
+
+
+@case()
 def sharp_edges(s: Stage) -> None:
     lit(s)
     ball = s.ball(s.diffuse((0.8, 0.35, 0.12)))

@@ -1,0 +1,128 @@
+"""Attributes that are the same all over an object: of instances by geometry nodes, of objects, of the view layer."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import bpy
+import numpy as np
+
+from blender_rl_guiding.scene.description import Loss
+
+from .attributes import colors_of
+from .geometry import read_array
+
+_UNUSED = 2**31 - 1  # in `persistent_id`
+_PARTS = ("mesh", "volume", "curves", "pointcloud", "grease_pencil")  # of a geometry, beside its instances
+_OWN = {"MESH": "mesh", "VOLUME": "volume", "CURVE": "curves", "FONT": "curves", "CURVES": "curves", "POINTCLOUD": "pointcloud"}
+_NOTHING = (0.0, 0.0, 0.0, 0.0)
+
+Color4 = tuple[float, float, float, float]
+
+
+class _Level:
+    """A geometry that has instances, and the geometries that these are of."""
+
+    def __init__(self, geometry: Any, own: str = "") -> None:
+        self._geometry = geometry  # whoever lets go of it lets go of its points, too
+        self.points = geometry.instances_pointcloud()
+        # Where other parts are beside the instances, the path to an instance has a number for "the instances" as well.
+        self.beside = any(getattr(geometry, part) is not None for part in _PARTS if part != own)
+        self._below: dict[int, _Level | None] = {}
+        self._colors: dict[str, np.ndarray | None] = {}
+        if self.points is not None:
+            count, given = len(self.points.points), self.points.attributes.get("id")
+            ids = read_array(given.data, "value", (), np.int32).tolist() if given else range(count)
+            self.places = {number: place for place, number in reversed([*enumerate(ids)])}  # the first of those with one id keeps it
+            self._references = geometry.instance_references()
+            self._chosen = read_array(self.points.attributes[".reference_index"].data, "value", (), np.int32)
+
+    def below(self, place: int) -> "_Level | None":
+        """What the instance is of; None for a collection, whose objects have attributes of their own."""
+        reference = int(self._chosen[place])
+        if reference not in self._below:
+            what = self._references[reference]
+            self._below[reference] = _of_object(what) if isinstance(what, bpy.types.Object) else None
+            if isinstance(what, bpy.types.GeometrySet):
+                self._below[reference] = _Level(what)
+        return self._below[reference]
+
+    def color(self, name: str, place: int) -> Color4 | None:
+        """What an attribute is of an instance; None if there is no such thing."""
+        if name not in self._colors:
+            attribute = self.points.attributes.get(name)
+            self._colors[name] = colors_of(attribute) if attribute else None
+        colors = self._colors[name]
+        return None if colors is None else tuple(colors[place].tolist())
+
+
+def _of_object(thing: bpy.types.Object) -> _Level:
+    return _Level(thing.evaluated_geometry(), _OWN.get(thing.type, ""))
+
+
+class CustomAttributes:
+    """Looks up what the Attribute node calls OBJECT, INSTANCER and VIEW_LAYER, in the order in which Cycles does."""
+
+    def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
+        self._depsgraph = depsgraph
+        self._levels: dict[int, _Level] = {}  # of instancers
+        self.losses: dict[Loss, None] = {}  # an ordered set
+
+    def find(self, kind: str, name: str, instance: bpy.types.DepsgraphObjectInstance) -> Color4:
+        """Linear RGBA; zeros where there is no such attribute."""
+        found = (color for color in self._candidates(kind, name, instance) if color is not None)
+        return next(found, _NOTHING)
+
+    def _candidates(self, kind: str, name: str, instance: bpy.types.DepsgraphObjectInstance) -> Iterator[Color4 | None]:
+        if kind == "VIEW_LAYER":
+            owners = (self._depsgraph.view_layer, self._depsgraph.scene, self._depsgraph.scene.world)
+            yield from (_property(owner, name) for owner in owners if owner)
+            return
+        if kind == "INSTANCER" and instance.is_instance:
+            if instance.particle_system:
+                yield _property(instance.particle_system.settings, name)
+            yield from (level.color(name, place) for level, place in reversed(self._places(instance)))
+            yield from _of_thing(instance.parent, name)
+        yield from _of_thing(instance.object, name)
+
+    def _places(self, instance: bpy.types.DepsgraphObjectInstance) -> Sequence[tuple[_Level, int]]:
+        """The instances that an instance is made of, each in its level, from the outermost to the innermost."""
+        key, found = instance.parent.as_pointer(), []
+        if key not in self._levels:
+            self._levels[key] = _of_object(instance.parent)
+        level, path = self._levels[key], [number for number in reversed(instance.persistent_id) if number != _UNUSED]
+        while level is not None and level.points is not None:
+            path = path[1:] if level.beside else path
+            place = level.places.get(path[0]) if path else None
+            if place is None:
+                if path:
+                    self.losses[Loss(instance.parent.name, "instances", "some have the id of another: they lack its attributes")] = None
+                break
+            found.append((level, place))
+            level, path = level.below(place), path[1:]
+        return found
+
+
+def _of_thing(thing: bpy.types.Object, name: str) -> Iterator[Color4 | None]:
+    yield _property(thing, name)
+    if thing.data:
+        yield _property(thing.data, name)
+
+
+def _property(owner: Any, name: str) -> Color4 | None:
+    """A custom property, or one of Blender's own by its path, if it is a number or up to four."""
+    value = owner.get(name)
+    if value is None:
+        try:
+            value = owner.path_resolve(name)
+        except ValueError:  # no such path
+            return None
+    if isinstance(value, int | float):
+        return float(value), float(value), float(value), 1.0
+    try:
+        numbers = [float(number) for number in value] if not isinstance(value, str) else []
+    except (TypeError, ValueError):  # no numbers
+        return None
+    if not 1 <= len(numbers) <= 4:
+        return None
+    x, y, z, w = numbers + [0.0, 0.0, 0.0, 1.0][len(numbers) :]
+    return x, y, z, w

@@ -1,0 +1,38 @@
+"""Attributes of instances are found where the instances have ids; that the values are Cycles', the parity suite shows."""
+
+from collections.abc import Callable
+
+import bpy
+import pytest
+
+from blender_rl_guiding.scene.data import SceneData
+from tests.addon.trees import lines, node, put
+from tests.parity.cases.custom import Geometry
+
+Export = Callable[[], SceneData]
+
+
+@pytest.mark.parametrize(
+    ("factor", "found", "losses"),
+    [
+        (10.0, [0.0, 0.25, 0.5, 0.75], []),
+        (0.0, [0.0, 0.0, 0.0, 0.0], ["Plane, instances: some have the id of another: they lack its attributes"]),
+    ],
+    ids=["different", "equal"],
+)
+def test_instances_with_ids(
+    run: Export, scene: bpy.types.Scene, paint: bpy.types.Material, factor: float, found: list[float], losses: list[str]
+):
+    """An id of each that is its index times a factor."""
+    bpy.ops.mesh.primitive_cube_add()
+    cube = bpy.context.object
+    cube.data.materials.append(paint)
+    attribute = node(paint.node_tree, "ShaderNodeAttribute", into=put(paint, "ShaderNodeBsdfDiffuse").inputs["Color"])
+    attribute.attribute_type, attribute.attribute_name = "INSTANCER", "tint"
+    bpy.ops.mesh.primitive_plane_add()
+    nodes = Geometry(bpy.data, bpy.context.object)
+    tinted = nodes.stored(nodes.on_points(nodes.own, nodes.of(cube, as_instance=False)), "tint", 0.25)
+    nodes.end(nodes.stored(tinted, "id", factor, "INT"))
+    exported = run()
+    assert exported.object_attributes[0, 1:, 0].tolist() == found
+    assert lines(exported) == losses
