@@ -2,7 +2,6 @@
 
 import signal
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +15,7 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 
 from .. import worker_client
+from ..another_blender import command
 from .running import Status, Steps
 
 _CYCLES = Path(__file__).resolve().parents[1] / "cycles_reference.py"
@@ -80,15 +80,12 @@ class Cycles:
 @contextmanager
 def _child(arguments: list[str], complaints: IO[str]) -> Iterator["subprocess.Popen[bytes]"]:
     """A Blender of this kind without a window, that never outlives the block."""
-    if bpy.app.binary_path:
-        command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1", "--python", str(_CYCLES), "--"]
-    else:
-        command = [sys.executable, str(_CYCLES)]  # the bpy module
+    whole = [*command(_CYCLES), *arguments]
     null = subprocess.DEVNULL
     try:
-        child = subprocess.Popen([*command, *arguments], stdin=null, stdout=null, stderr=complaints)
+        child = subprocess.Popen(whole, stdin=null, stdout=null, stderr=complaints)
     except OSError as error:
-        raise InputError(f"cannot start Blender for Cycles, {command[0]}: {error.strerror or error}") from error
+        raise InputError(f"cannot start Blender for Cycles, {whole[0]}: {error.strerror or error}") from error
     with child:
         try:
             yield child

@@ -2,17 +2,17 @@
 
 import json
 import subprocess
-import sys
 import tempfile
 import zipfile
 import zlib
 from pathlib import Path
 from typing import Any
 
-import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
+
+from ..another_blender import command
 
 SCRIPT = Path(__file__).resolve().parents[1] / "cycles_pictures.py"
 # What is raised where a file of arrays is not one, or another.
@@ -42,19 +42,21 @@ def read(path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
     return arrays
 
 
+def opaque(colors: np.ndarray) -> np.ndarray:
+    """Colours, (..., 3), with an alpha of 1: (..., 4)."""
+    return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1)
+
+
 def _run(arguments: list[str]) -> None:
-    """Run the script in a Blender of this kind, without a window."""
-    if bpy.app.binary_path:
-        command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1", "--python", str(SCRIPT), "--"]
-    else:
-        command = [sys.executable, str(SCRIPT)]  # the bpy module
+    """Run the script in another Blender."""
+    whole = [*command(SCRIPT), *arguments]
     null, pipe = subprocess.DEVNULL, subprocess.PIPE
     try:
-        done = subprocess.run([*command, *arguments], stdin=null, stdout=null, stderr=pipe, timeout=_PATIENCE, check=False)
+        done = subprocess.run(whole, stdin=null, stdout=null, stderr=pipe, timeout=_PATIENCE, check=False)
     except subprocess.TimeoutExpired as error:
         raise InputError(f"Blender was not done after {_PATIENCE:g} seconds") from error
     except OSError as error:
-        raise InputError(f"cannot start {command[0]}: {error.strerror or error}") from error
+        raise InputError(f"cannot start {whole[0]}: {error.strerror or error}") from error
     if done.returncode:
         said = done.stderr.decode(errors="replace").strip().splitlines()
         raise InputError(f"Blender failed with status {done.returncode}: {said[-1] if said else 'it said nothing'}")

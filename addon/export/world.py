@@ -4,7 +4,6 @@ import tempfile
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import Texture
@@ -57,7 +56,7 @@ def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Textu
         groups = [group.name for group in at.path]
         job = {"blend": str(blend), "world": world.name, "groups": groups, "node": at.node.name, "output": output, "frame": frame}
         colors = by_cycles.render(job, blend.with_suffix(".npz"), picture=_PICTURE)["picture"][::-1]
-    return Texture(at.node.name, False, np.concatenate([colors, np.ones_like(colors[..., :1])], axis=2))
+    return Texture(at.node.name, False, by_cycles.opaque(colors))
 
 
 def read_world(world: bpy.types.World | None, resources: Resources, frame: float = 1.0) -> tuple[Shader, list[Loss]]:

@@ -97,8 +97,7 @@ def test_without_a_disc(world: bpy.types.World, cycles: Cycles, settings: dict):
     if "sky_type" in settings:
         cycles.disc = np.zeros_like(DISC)
     shader, losses, resources = read(world, sun_rotation=0.0, **settings)
-    turned = ("mapping", "VECTOR", (("position",), 0.0, (0.0, 0.0, 0.0), 1.0))
-    assert tree_of(shader, only(shader).inputs["color"]) == ("environment", (0, 2, 0), (turned,))
+    assert tree_of(shader, only(shader).inputs["color"]) == ("environment", (0, 2, 0), (("position",),))
     assert losses == []
     assert not len(resources.tables)
 

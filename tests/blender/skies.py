@@ -1,6 +1,6 @@
 """What Cycles makes of Sky Textures as worlds: python skies.py CASES.json FOLDER, in the Python of any Blender.
 
-CASES.json maps names to {"settings": of the node, "strength": of the background}. FOLDER receives of each NAME.npz: `view`, the sky all
+CASES.json maps names to [settings of the node, strength of the background]. FOLDER receives of each NAME.npz: `view`, the sky all
 around at the middle of 64 x 32 pixels of an equirectangular camera, top row first, and `lit`, (64, 3) independent estimates of what a
 white floor reflects; and NAME.bundle.npz, the scene as exported.
 """
@@ -91,10 +91,10 @@ def render(scene: bpy.types.Scene, folder: Path, width: int, height: int) -> np.
     return texels.reshape(height, width, -1)[::-1, :, :3]
 
 
-def run(name: str, case: dict[str, Any], folder: Path) -> None:
+def run(name: str, settings: dict[str, Any], strength: float, folder: Path) -> None:
     """All that the folder shall receive of a case."""
     scene = stage()
-    add_world(scene, case["settings"], case["strength"])
+    add_world(scene, settings, strength)
     add_camera(scene, "ORTHO", (0.0, 0.0, -40.0))
     scene.camera.data.ortho_scale = 1.0
     scene.cycles.samples, scene.cycles.pixel_filter_type = SAMPLES, "BOX"
@@ -115,8 +115,8 @@ def main(cases: dict[str, Any], folder: Path) -> None:
     addon.register()
     bpy.utils.register_class(Export)
     try:
-        for name, case in cases.items():
-            run(name, case, folder)
+        for name, (settings, strength) in cases.items():
+            run(name, settings, strength, folder)
     finally:
         bpy.utils.unregister_class(Export)  # or Blender 4.5 hangs at exit
         addon.unregister()

@@ -22,33 +22,31 @@ from tests.significance import assert_means, detectable
 pytestmark = [pytest.mark.slow, pytest.mark.blender]
 
 DRAWN = 400_000
-EVERYWHERE = {"sun_rotation": 2.0, "sun_direction": (0.3, -0.5, 0.4), "turbidity": 3.5}
-HIGH, LOW, SET = {"sun_elevation": 0.9}, {"sun_elevation": 0.003}, {"sun_elevation": -0.1}
-MODELS = {
-    "newest": ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING"),
-    "oldest": ("NISHITA",),
+# Settings of the node, and the background's strength. Suns on the horizon are large, so that it cuts them.
+PLACE = {"sun_rotation": 2.0, "sun_direction": (0.3, -0.5, 0.4), "turbidity": 3.5, "ozone_density": 3.0}
+HIGH, LOW = PLACE | {"sun_elevation": 0.9}, PLACE | {"sun_elevation": 0.003, "sun_size": 0.4, "altitude": 900.0}
+NEWEST = {
+    "single low": (LOW | {"sky_type": "SINGLE_SCATTERING"}, 0.1),
+    "multiple low": (LOW | {"sky_type": "MULTIPLE_SCATTERING"}, 0.1),
+    "multiple high": (HIGH | {"sky_type": "MULTIPLE_SCATTERING", "sun_disc": False}, 0.3),
+    "preetham": (PLACE | {"sky_type": "PREETHAM"}, 2.0),
 }
-BLENDERS = {"newest": blenders.module, "oldest": blenders.oldest}
-
-
-def cases(models: tuple[str, ...]) -> dict[str, dict]:
-    """High suns of the usual size, low ones that are large, and suns that are off; and the models that have none."""
-    found = {}
-    for model in models:
-        found[f"{model}-high"] = {"settings": {"sky_type": model, **EVERYWHERE, **HIGH}, "strength": 0.1}
-        found[f"{model}-low"] = {"settings": {"sky_type": model, **EVERYWHERE, **LOW, "sun_size": 0.4, "altitude": 900.0}, "strength": 0.1}
-    found["off"] = {"settings": {"sky_type": models[0], **EVERYWHERE, **HIGH, "sun_disc": False, "ozone_density": 3.0}, "strength": 0.3}
-    for model in ("PREETHAM", "HOSEK_WILKIE"):
-        found[model] = {"settings": {"sky_type": model, **EVERYWHERE}, "strength": 2.0}
-    return found
+OLDEST = {
+    "nishita high": (HIGH | {"sky_type": "NISHITA"}, 0.1),
+    "nishita low": (LOW | {"sky_type": "NISHITA"}, 0.1),
+    "preetham": (PLACE | {"sky_type": "PREETHAM"}, 2.0),
+    "hosek wilkie": (PLACE | {"sky_type": "HOSEK_WILKIE"}, 2.0),
+}
+BLENDERS = {"newest": (blenders.module, NEWEST), "oldest": (blenders.oldest, OLDEST)}
 
 
 @pytest.fixture(scope="module", params=BLENDERS)
 def oracle(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what Cycles and the exporter made of all cases."""
     folder = tmp_path_factory.mktemp(request.param)
-    command, variables = BLENDERS[request.param]()
-    (folder / "cases.json").write_text(json.dumps(cases(MODELS[request.param])), encoding="utf-8")
+    blender, cases = BLENDERS[request.param]
+    command, variables = blender()
+    (folder / "cases.json").write_text(json.dumps(cases), encoding="utf-8")
     script = [*command, str(Path(__file__).with_name("skies.py")), str(folder / "cases.json"), str(folder)]
     done = subprocess.run(script, env=os.environ | variables, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
@@ -95,7 +93,7 @@ def _lights_as_much(_view: np.ndarray, lit: np.ndarray, scene: SceneData) -> Non
     wi, pdf = drawn(table)
     light = radiance(shading, wi) * (np.maximum(wi[:, 2], 0).astype(float) / pdf / np.pi)[:, None]
     variance = light.var(axis=0) / len(light) + lit.var(axis=0, ddof=1) / len(lit)
-    assert (detectable(variance) < 0.02 * lit.mean(axis=0).max()).all()
+    assert (detectable(variance) < 0.03 * lit.mean(axis=0).max()).all()
     assert_means(light.mean(axis=0) - lit.mean(axis=0), variance + 1e-12, 0.0)
 
 

@@ -96,6 +96,21 @@ def test_a_sun_is_where_rays_see_it(code: list[Instruction]):
     assert sun.light == pytest.approx((LIMB_MEAN * INTENSITIES[0] + SKY) * 4 * math.pi * math.sin(size / 4) ** 2, rel=0.02)
 
 
+def test_the_smallest_sun_is_drawn_from_evenly():
+    """Its cosine differs from 1 by less than single precision can tell."""
+    world = shader(under(size=0.0005))
+    dark, (sun,) = without_suns(world, compile_shaders(scene_under(world)))
+    table, _ = world_map(dark, [sun])
+    u = np.random.default_rng(2).random((N, 3), np.float32)
+    u[:, 1] = table.sunless + (1 - table.sunless) * u[:, 1] * np.float32(0.9999)
+    wi, pdf = np.empty((N, 3), np.float32), np.empty(N, np.float32)
+    draw(table, u, wi, pdf)
+    aside = np.cross(wi.astype(float), table.suns[0].astype(float))
+    squares = (aside**2).sum(axis=1) / math.sin(sun.half) ** 2
+    assert (squares > 1).mean() < 2e-3  # rounded to just outside
+    assert_uniform(squares.clip(0, 1)[:, None], 8)
+
+
 @pytest.mark.parametrize("step", [mapping(scale=2.0), mapping(scale=(1.0, 1.0, 0.5)), Instruction("vector_math", (Node(0),) * 4, "SINE")])
 def test_a_sun_that_is_no_cone_stays_in_the_map(step: Instruction):
     world = shader(under(step))

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 
 import bpy
-import numpy as np
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import Texture
 from blender_rl_guiding.scene.description import Value
 from blender_rl_guiding.scene.ops import Extension, Interpolation, Projection
 
+from ..by_cycles import opaque
 from ..images import read_image
 from ..network import At, link_to
 from ..sky import read_sky, usual_color
@@ -66,18 +66,15 @@ def _sky(at: At, _output: str) -> Value:
         at.note(f"there is no picture of it, {error}: the usual colour of its model stands in")
         return usual_color(at.node)
     resources = at.network.resources
-    direction = at.add("mapping", _vector(at, generated), 0.0, (0.0, 0.0, sky.rotation), 1.0, mode="VECTOR")
-    texture = resources.texture(("sky", sky.picture.tobytes()), lambda: Texture(at.node.name, False, _opaque(sky.picture)))
+    direction = _vector(at, generated)
+    if sky.rotation:
+        direction = at.add("mapping", direction, 0.0, (0.0, 0.0, sky.rotation), 1.0, mode="VECTOR")
+    texture = resources.texture(("sky", sky.picture.tobytes()), lambda: Texture(at.node.name, False, opaque(sky.picture)))
     color = at.add("environment", direction, options=(texture, Projection.HORIZON, Interpolation.LINEAR))
     if not sky.disc.any() or at.node.sun_intensity == 0:
         return color
-    options = resources.table(_opaque(sky.disc)), bpy.app.version < (5, 0)
+    options = resources.table(opaque(sky.disc)), bpy.app.version < (5, 0)
     return at.add("sun_disc", direction, color, sky.elevation, sky.size, at.node.sun_intensity, options=options)
-
-
-def _opaque(colors: np.ndarray) -> np.ndarray:
-    """Colours with an alpha of 1."""
-    return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1)
 
 
 def _interpolation(at: At) -> int:

@@ -146,6 +146,18 @@ def world_gradient(s: Stage) -> None:
     nodes.surface(nodes.add("Background", {"Color": ramp, "Strength": 1.0}))
 
 
+@case(losses=("Gabor Texture is not supported: a picture of it stands in",))
+def world_of_a_node_that_is_not_supported(s: Stage) -> None:
+    """What follows it is evaluated."""
+    s.set()
+    nodes = s.sky((0.0, 0.0, 0.0))
+    pattern = nodes.add("TexGabor", {"Scale": 2.0})
+    tinted = nodes.add(
+        "Mix", {"Factor_Float": (pattern, "Value"), "A_Color": (0.1, 0.3, 0.9), "B_Color": (0.9, 0.5, 0.2)}, data_type="RGBA"
+    )
+    nodes.surface(nodes.add("Background", {"Color": (tinted, "Result_Color"), "Strength": 0.8}))
+
+
 @case()
 def world_seen_by_the_camera_only(s: Stage) -> None:
     s.set()
