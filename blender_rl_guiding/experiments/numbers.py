@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from .results import MEASURES, Estimate, Results, Summary, ratio
 
-EQUAL_TIME, LEARNING = "relmse, equal time", "learning share"
+EQUAL_TIME, LEARNING = "relmse, equal time", "learn share"
 HEADS = (*MEASURES, EQUAL_TIME, "seconds", LEARNING, "Mrays/s")
 
 
@@ -35,7 +35,7 @@ def _error(summary: Summary, base: Summary | None, measure: str) -> Cell:
 def _learning(summary: Summary) -> Cell:
     """The share of the seconds that went into learning; below, those of training and inference where the guide tells them apart."""
     train, infer = summary.share("train_seconds"), summary.share("infer_seconds")
-    parts = (f"train {train:.0%}", f"infer {infer:.0%}") if train or infer else ()
+    parts = (f"{train:.0%} +", f"{infer:.0%}") if train or infer else ()
     return Cell(f"{summary.share('learn_seconds'):.0%}", *parts)
 
 

@@ -37,8 +37,8 @@ def of_scene(results: Results, scene: str) -> str:
         f"Errors against the reference ({escape(results.reference)}); lower is better. Below each: half the 95 % interval of the mean "
         f"over seeds, and the ratio to {escape(results.baseline)}. <em>{numbers.EQUAL_TIME.capitalize()}</em>: the ratio of "
         "relmse if all rendered equally long, learning included, as far as it falls as 1 / samples. "
-        f"<em>{numbers.LEARNING.capitalize()}</em>: of the seconds, what learning took; below it training, and inference: "
-        "the laying out of what was learnt for the tracer."
+        f"<em>{numbers.LEARNING.capitalize()}</em>: of the seconds, what learning took; below it, training + inference, "
+        "which is the laying out of what was learnt for the tracer."
     )
     return f"{table(['', *numbers.HEADS], rows)}<p class=note>{about}</p>"
 

@@ -49,7 +49,7 @@ def _legend(results: Results) -> str:
     """What the columns mean that do not say it themselves."""
     return (
         f"×: ratio to {escape(results.baseline)}. {numbers.EQUAL_TIME}: the ratio if all rendered equally long. "
-        f"{numbers.LEARNING}: of the seconds, in all, and for training and inference."
+        f"{numbers.LEARNING}: of the seconds; below, training + inference."
     )
 
 

@@ -89,7 +89,7 @@ def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
 def test_with_jobs_all_processes_end(interrupted, bundle, tmp_path):
     """The fixture waits for the children, too: they share the command's stderr."""
     command = ["compare", bundle, "--methods", "dqn", "--seeds", 2, "--spp", 1000, "--reference-spp", 1, "--jobs", 2, *LONG_LEARNING[2:]]
-    moment = "experiments.forecast:Forecast:share"
+    moment = "experiments.forecast:Forecast:go"
     status, said = interrupted(moment, 2, *command, "--out", tmp_path / "out", after=0.3, group=True)
     assert status == 130, said
     assert said.splitlines()[-1] == "rlg: interrupted"

@@ -86,23 +86,21 @@ def task(folder: Path, scene: SceneData, method: str, truth=None) -> Task:
 def test_a_run_that_fails_ends_no_other(compiled, tmp_path, jobs):
     tiny = scenes.tiny(8)
     tasks = [task(tmp_path, blinding(), "blinding"), task(tmp_path, tiny, "a"), task(tmp_path, tiny, "b"), task(tmp_path, tiny, "c")]
-    ended, shares = {}, []
-    perform_all(
-        tasks, Machine(), jobs, lambda task, share: shares.append(share), lambda task, outcome: ended.update({task.method: outcome})
-    )
+    ended, paces = {}, []
+    perform_all(tasks, Machine(), jobs, lambda task, pace: paces.append(pace), lambda task, outcome: ended.update({task.method: outcome}))
     assert ended.keys() == {"blinding", "a", "b", "c"}
     assert ended["blinding"].seconds is None
     assert ended["blinding"].text.endswith("received radiance that is not a finite number")
     assert all(ended[name].seconds for name in "abc")
     assert {str(path.parent.name) for path in tmp_path.rglob("result.json")} == {"a", "b", "c"}
-    assert shares[-1] == 1.0
+    assert paces[-1].share == 1.0
 
 
 def test_a_process_that_dies_is_replaced(compiled, tmp_path):
     tiny = scenes.tiny(8)
     tasks = [task(tmp_path, tiny, "deadly", truth=Deadly()), *(task(tmp_path, tiny, name) for name in "abc")]
     ended: dict[str, Outcome] = {}
-    perform_all(tasks, Machine(), 2, lambda task, share: None, lambda task, outcome: ended.update({task.method: outcome}))
+    perform_all(tasks, Machine(), 2, lambda task, pace: None, lambda task, outcome: ended.update({task.method: outcome}))
     assert ended["deadly"] == Outcome("its process ended with status 3", None)
     assert all(ended[name].seconds for name in "abc")
 
@@ -111,10 +109,10 @@ def test_failed_runs_are_named_reported_missing_and_the_status_tells(rlg, tmp_pa
     from blender_rl_guiding.experiments import tasks
     from blender_rl_guiding.scene.bundle import save
 
-    def failing(*args):
+    def failing(*args, **kwargs):
         if args[1].guide.kind == "uniform":
             raise FloatingPointError("pixel (1, 2) is odd")
-        return render(*args)
+        return render(*args, **kwargs)
 
     render = tasks.render
     monkeypatch.setattr(tasks, "render", failing)
