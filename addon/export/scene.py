@@ -77,8 +77,9 @@ class Collector:
             self._add_mesh(instance, kind, matrix, seen)
 
     def _add_mesh(self, instance: bpy.types.DepsgraphObjectInstance, kind: Kind, matrix: np.ndarray, seen: int) -> None:
-        thing, mesh = instance.object, self._kept(kind, instance.object)
-        if mesh is not None and fits(instance.matrix_world):
+        thing = instance.object
+        mesh = self._kept(kind, thing) if fits(instance.matrix_world) else None
+        if mesh is not None:
             notes = self.instances.add(mesh, matrix, seen)
             self.instances.object_info.add(self.resources.object_attributes, instance)
             if notes:
