@@ -42,6 +42,7 @@ def shading_of(*closures: Closure) -> Shading:
         textures,
         *texels,
         *attributes,
+        np.zeros((0, 3, 4), np.float32),
         np.zeros(3, np.float32),
     )
     for array in made:

@@ -118,8 +118,8 @@ class Collector:
     def _add_mesh(
         self, instance: bpy.types.DepsgraphObjectInstance, kind: Kind, data: bpy.types.Mesh, matrix: np.ndarray, seen: int
     ) -> None:
-        mesh = self._kept(kind, instance.object, data)
-        if mesh is not None and fits(instance.matrix_world):
+        mesh = self._kept(kind, instance.object, data) if fits(instance.matrix_world) else None
+        if mesh is not None:
             self._add_instance(instance, kind, mesh, matrix, seen)
         else:
             self._add_copy(instance, kind, data, matrix, seen)

@@ -57,9 +57,11 @@ class Geometry:
         vertices[:] = scene.vertices
         vertices[: world_vertices(scene)] -= scene.origin
         vertices.setflags(write=False)
-        self._to_world = scene.instance_to_world.copy()
-        self._to_world[:, :, 3] -= scene.origin
-        self._to_world.setflags(write=False)
+        self._to_world = scene.instance_to_world
+        if scene.origin.any():
+            self._to_world = self._to_world.copy()
+            self._to_world[:, :, 3] -= scene.origin
+            self._to_world.setflags(write=False)
         device, handle = embree.new_device_and_scene()
         weakref.finalize(self, embree.release, handle, device)
         first = self._attach_triangles(device, handle)

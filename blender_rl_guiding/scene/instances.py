@@ -82,6 +82,8 @@ def find_bad_table(scene: SceneData) -> str:
         return f"meshes begin at triangles {meshes.min()}..{meshes.max()} of {triangles}, which must rise"
     if len(meshes) and scene.triangles[: meshes[0]].max(initial=-1) >= world_vertices(scene):
         return f"vertex {world_vertices(scene)} is of a mesh, but vertices of triangles in the world follow"
+    if len(meshes) and not len(instances):
+        return f"{len(meshes)} meshes of instances, but no instances"
     if len(instances) != len(scene.instance_to_world) or len(instances) > len(scene.visibility):
         return f"{len(instances)} instances, but {len(scene.instance_to_world)} instance_to_world and {len(scene.visibility)} objects"
     if len(instances) and (instances.min() < 0 or instances.max() >= len(meshes) or (np.diff(instances) < 0).any()):

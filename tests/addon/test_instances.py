@@ -222,6 +222,14 @@ def test_what_is_pressed_flat_is_copied(both: Callable, thing: bpy.types.Object)
     assert len(kept.visibility) == len(copied.visibility)
 
 
+def test_where_all_are_pressed_flat_nothing_is_kept_once(both: Callable, thing: bpy.types.Object):
+    duplicates(thing)
+    for other in bpy.data.objects:
+        other.scale.z = 0
+    kept, copied = both()
+    assert kept.key == copied.key
+
+
 def test_only_what_saves_much_is_kept_once(run: Export, thing: bpy.types.Object, monkeypatch: pytest.MonkeyPatch):
     duplicates(thing)
     count = len(run().triangles) // 4

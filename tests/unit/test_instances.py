@@ -128,6 +128,10 @@ def test_objects_know_their_first_triangle():
 FAULTS = {
     "mesh without triangles": ({"meshes": np.int32([10**6])}, "meshes begin at triangles 1000000..1000000"),
     "meshes that fall": ({"meshes": np.int32([600, 500])}, "which must rise"),
+    "meshes of no instance": (
+        {"instances": np.zeros(0, np.int32), "instance_to_world": np.zeros((0, 3, 4), np.float32)},
+        "1 meshes of instances, but no instances",
+    ),
     "instance of no mesh": ({"instances": np.int32([0, 0, 1])}, "instances are of meshes 0..1 of 1"),
     "an instance too many": ({"instances": np.int32([0] * 4)}, "4 instances, but 3 instance_to_world"),
     "a flat instance": ({"instance_to_world": changed(np.float32(MATRICES), (1, 2), 0)}, "instance 1 has a matrix without an inverse"),
