@@ -181,9 +181,9 @@ def test_a_sweep_varies_one_setting(scene: bpy.types.Scene):
     bpy.ops.rl_guided.method_sweep(setting="dqn.width", values="8, 16,")
     bpy.ops.rl_guided.method_sweep(setting="nee", values="on")
     assert {item.name: methods.settings_of(item) for item in comparison.methods} == {
-        "dqn": Render(guide=DQN()),
-        "dqn width 8": Render(guide=DQN(width=8)),
-        "dqn width 16": Render(guide=DQN(width=16)),
+        "dqn": Render(nee=False, guide=DQN()),
+        "dqn width 8": Render(nee=False, guide=DQN(width=8)),
+        "dqn width 16": Render(nee=False, guide=DQN(width=16)),
         "dqn width 16 nee on": Render(nee=True, guide=DQN(width=16)),
     }
     with pytest.raises(RuntimeError, match="Width cannot be '0'"):
