@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.export import pictures
+from addon.export import by_cycles
 from addon.export.resources import Resources
 from addon.export.world import read_world, world_visibility
 from blender_rl_guiding.errors import InputError
@@ -110,7 +110,7 @@ def test_without_a_picture_both_are_reported(world: bpy.types.World, rotated: bp
     def render(*_: object, **__: object) -> None:
         raise InputError("no Blender")
 
-    monkeypatch.setattr(pictures, "render", render)
+    monkeypatch.setattr(by_cycles, "render", render)
     _, losses = read(world)
     where = "group 'Turn', node 'Vector Rotate'"
     assert [(loss.where, loss.detail.partition(":")[0]) for loss in losses] == [
