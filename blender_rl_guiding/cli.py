@@ -14,28 +14,15 @@ from typing import Any, NoReturn
 
 from rich.console import Console
 
-from . import __version__, schema
+from . import schema
 from .errors import InputError, check_writable
 from .experiments.catalogue import CATALOGUE, chosen
 from .experiments.progress import Progress, Terminal
-from .flags import (
-    Parser,
-    add_blender,
-    add_experiment,
-    add_export,
-    add_flags,
-    add_methods,
-    add_reference,
-    add_render,
-    chosen_methods,
-    given,
-    positive,
-    render_settings,
-)
-from .scene.view import add_view, chosen_view, frame_range
+from .flags import chosen_methods, given, render_settings
+from .parser import parser
+from .scene.view import chosen_view
 from .settings import Machine, Render
 
-_SCENES = Path(__file__).resolve().parents[1] / "scenes"
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
 
@@ -43,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status. Bad input is one line on stderr and status 2."""
     for name in (signal.SIGINT, signal.SIGTERM):  # SIGINT too: a shell has its background jobs ignore it
         signal.signal(name, signal.default_int_handler)
-    options = _parser().parse_args(arguments)
+    options = parser(COMMANDS).parse_args(arguments)
     try:
         options.command(options)
     except (InputError, schema.SettingsError, FloatingPointError) as error:
@@ -239,6 +226,17 @@ def _metrics(options: argparse.Namespace) -> None:
     print(json.dumps(compare(read_exr(options.image)[0], read_exr(options.reference)[0]), indent=1))
 
 
+COMMANDS = {
+    "export": _export,
+    "render": _render,
+    "inspect": _inspect,
+    "compare": _compare,
+    "sweep": _sweep,
+    "report": _report,
+    "metrics": _metrics,
+}
+
+
 # --- what commands have in common -------------------------------------------------------------------------------------------------
 
 
@@ -266,60 +264,3 @@ def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Ite
 
     with opening(path, options.blender, chosen_view(options)) as wait:
         yield opened
-
-
-# --- parser ----------------------------------------------------------------------------------------------------------
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = Parser(prog="rlg", description="Render Blender scenes with learnt path guiding, and compare methods.")
-    parser.add_argument("--version", action="version", version=__version__)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
-
-    def command(name: str, function: Any, text: str) -> argparse.ArgumentParser:
-        sub = commands.add_parser(name, help=text, description=text)
-        sub.set_defaults(command=function)
-        return sub
-
-    export = command("export", _export, "Turn a .blend into a scene bundle, and list what could not be taken over.")
-    add_export(export)
-    add_blender(export)
-    add_view(export)
-
-    render = command("render", _render, "Render a scene or an animation: writes image.exr, image.png and result.json.")
-    add_render(render)
-    add_blender(render)
-    text = "an animation, or every S-th frame of it, into image-0001.exr and so on; skips what is done, so that it goes on where it ended"
-    add_view(render).add_argument("--frames", type=frame_range, metavar="A..B[..S]", help=text)
-
-    inspect = command("inspect", _inspect, "Render a scene and show what was learnt: writes states.png and q.png, too.")
-    text = "where to show it, from the top left (default: the middle of the width at four fifths of the height)"
-    inspect.add_argument("--pixel", type=int, nargs=2, metavar=("X", "Y"), help=text)
-    add_render(inspect)
-    add_blender(inspect)
-    add_view(inspect)
-
-    compare = command("compare", _compare, "Render scenes by several methods and report: writes report.html, tables and figures.")
-    compare.add_argument("scenes", type=Path, nargs="+", metavar="SCENE", help="a .blend or a bundle")
-    add_reference(add_experiment(compare, seeds=1))
-    add_blender(compare)
-    add_view(compare)
-    add_methods(compare, required=True)
-
-    sweep = command(
-        "sweep", _sweep, "Run experiments of the slides: scenes x methods x seeds, and a report of each. Goes on where it ended."
-    )
-    sweep.add_argument("names", nargs="+", metavar="NAME", help=f"{', '.join(CATALOGUE)}, or all of them: all")
-    sweep.add_argument("--spp", type=positive, metavar="N", help="samples per pixel instead of the slides' 32")
-    sweep.add_argument("--scenes", type=Path, default=_SCENES, metavar="DIR", help="where the scenes are (default: the project's)")
-    add_experiment(sweep, seeds=5)
-    add_blender(sweep)
-    add_flags(sweep, Machine)
-
-    report = command("report", _report, "Make the report, tables and figures again from the runs in a folder.")
-    report.add_argument("out", type=Path, metavar="DIR")
-
-    metrics = command("metrics", _metrics, "Print the error measures of an image against a reference, as JSON.")
-    metrics.add_argument("image", type=Path, metavar="IMAGE")
-    metrics.add_argument("reference", type=Path, metavar="REFERENCE")
-    return parser
