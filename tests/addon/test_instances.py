@@ -52,7 +52,6 @@ def thing(scene: bpy.types.Scene, new_material: Callable[[str], bpy.types.Materi
         (coordinates.outputs["Generated"], noise.inputs["Vector"]),
         (noise.outputs[0], bump.inputs["Height"]),
         (normal.outputs[0], bump.inputs["Normal"]),
-        (checker.outputs["Color"], checker.inputs["Color2"]),
         (checker.outputs["Color"], mix.inputs[0]),
         (info.outputs["Color"], mix.inputs[1]),
         (mix.outputs[0], shader.inputs["Base Color"]),
@@ -60,8 +59,7 @@ def thing(scene: bpy.types.Scene, new_material: Callable[[str], bpy.types.Materi
         (bump.outputs[0], shader.inputs["Normal"]),
         (shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"]),
     ):
-        if source.node != target.node:
-            tree.links.new(source, target)
+        tree.links.new(source, target)
     thing.data.materials.append(material)
     return thing
 
