@@ -1,6 +1,6 @@
 """Embree 4, by its C interface: what holds the triangles, and the addresses by which kernels cast rays.
 
-embreex, which brings it, offers batches of rays only, no masks and no instances: see docs/decisions/0006 and 0013.
+embreex, which brings it, offers batches of rays only, no masks and no instances: see docs/decisions/0006 and 0015.
 """
 
 import ctypes
