@@ -13,10 +13,10 @@ DETAIL = "too small to be found by chance, and next-event estimation is off: its
 
 def left_to_chance(scene: SceneData, nee: bool) -> tuple[Loss, ...]:
     """A line for each lamp that has a size, and covers less than `LEAST` of the hemisphere as seen from the scene's middle."""
-    if nee or not len(scene.vertices):
+    if nee or not len(scene.triangles):
         return ()
     low, high = scene.bounds
-    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    middle, radius = scene.origin + (low + high) / 2, float(np.linalg.norm(high - low)) / 2
     return tuple(Loss(lamp.name, "", DETAIL) for lamp in scene.lamps if 0 < _share(lamp, middle, radius) < LEAST)
 
 

@@ -163,7 +163,7 @@ def test_a_place_that_cannot_be_written(tmp_path: Path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"^cannot write .*c1\.npz: (Not a directory|File exists)$"):
         blend.export(C1, tmp_path / "file" / "c1.npz")
-    blender = script(tmp_path / "blender", """touch "$2"; echo '{"ok": "", "coverage": []}'""")
+    blender = script(tmp_path / "blender", """touch "$9"; echo '{"ok": "", "coverage": []}'""")
     (tmp_path / "c1.npz").mkdir()
     with pytest.raises(InputError, match=r"^cannot write .*c1\.npz: Is a directory$"):
         blend.export(C1, tmp_path / "c1.npz", blender=blender)

@@ -15,6 +15,7 @@ from blender_rl_guiding.settings import BSDF, Render
 
 SCRIPT = Path(__file__).with_name("oracle.py")
 C1 = Path(__file__).resolve().parents[2] / "scenes" / "c1.blend"
+NOISY = ("veach-ajar",)  # scenes that take more pixels to see 1 % in
 PUBLISHED = sorted((Path(__file__).resolve().parents[3] / "shared" / "scenes").glob("*.blend"))
 SIZE, BLOCK = 64, 8
 
@@ -50,7 +51,7 @@ def test_c1_has_the_brightness_that_it_has_in_cycles(tmp_path: Path):
 @pytest.mark.parametrize("blend", PUBLISHED, ids=lambda blend: blend.stem)
 def test_published_scenes_have_the_brightness_that_they_have_in_cycles(blend: Path, tmp_path: Path):
     """Channel by channel, for whole scenes with glass, gloss, textures and Russian roulette: within 1 % and three standard errors."""
-    cycles, ours = (group.mean(axis=(1, 2)) for group in images(blend, tmp_path, spp=32, seeds=4, size=160))
+    cycles, ours = (group.mean(axis=(1, 2)) for group in images(blend, tmp_path, spp=32, seeds=4, size=160 if blend.stem in NOISY else 112))
     delta, error = np.array(difference(cycles, ours)) / cycles.mean(axis=0)
     assert (error < 0.01).all(), f"too few samples to see anything: {error}"
     assert (np.abs(delta) < 0.01 + 3 * error).all(), f"{delta} +- {error}"

@@ -42,7 +42,7 @@ def leave(surface, memory, first, object_, share, count, found):
     """
     surface, memory = ref(surface), ref(memory)
     for i in range(count):
-        key = stream(1, i, 0)
+        key = stream(1, i, 0, False)
         triangle = first + pick(share, 0, share.shape[1], uniform2(key, 0)[0])
         x, error = hit_point(surface, triangle, object_, *uniform_triangle(*uniform2(key, 1)))
         out = corners_of(surface, triangle, object_)[3]
