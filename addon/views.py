@@ -1,6 +1,9 @@
 """Opens a .blend at the scene, camera, frame and size that a `View` asks for. The file on disk stays as it is."""
 
+import glob
 import hashlib
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
@@ -44,6 +47,8 @@ def _set_camera(blend: Path, scene: bpy.types.Scene, name: str | None) -> None:
     if name == AUTO:  # which a plain camera holds the place of, until all that it is to see has been read
         chosen = [bpy.data.objects.new(AUTO, bpy.data.cameras.new(AUTO))]
         scene.render.use_border = False  # it was drawn in another camera's picture
+        if hasattr(scene, "cycles"):  # or Simplify would leave out what the placeholder does not see
+            scene.cycles.use_camera_cull = scene.cycles.use_distance_cull = False
     elif name:
         chosen = [thing for thing in cameras if thing.name == name]
         if not chosen:
@@ -68,9 +73,20 @@ def source_key(blend: Path, view: View) -> str:
     with blend.open("rb") as file:
         while chunk := file.read(1 << 20):
             digest.update(chunk)
-    for path in sorted({*bpy.utils.blend_paths(absolute=True)}):
-        digest.update(_stamp(Path(path)).encode())
+    for path in sorted({*map(Path, bpy.utils.blend_paths(absolute=True)), *_pictures()}):
+        digest.update(_stamp(path).encode())
     return digest.hexdigest()
+
+
+def _pictures() -> Iterator[Path]:
+    """The files of sequences and of images with tiles, of which `blend_paths` has a pattern or the first."""
+    for image in bpy.data.images:
+        path = Path(bpy.path.abspath(image.filepath, library=image.library))
+        name = glob.escape(path.name)
+        if image.source == "TILED":
+            yield from path.parent.glob(re.sub("<UDIM>|<UVTILE>", "*", name))
+        elif image.source == "SEQUENCE":
+            yield from path.parent.glob(re.sub(r"\d+(?=\D*$)", "*", name.removesuffix(path.suffix)) + path.suffix)
 
 
 def _stamp(path: Path) -> str:

@@ -125,8 +125,10 @@ _WARM = 45.0  # seconds; a renderer that rests ends by itself after sixty
 def _warm(python: Path) -> Worker | None:
     while _SPARE:
         since, worker = _SPARE.pop()
-        if worker.python == python and worker.alive and time.monotonic() - since < _WARM:
-            return worker
+        if worker.python == python and time.monotonic() - since < _WARM:
+            with suppress(InputError):  # it is not there any more
+                worker.send("wake")
+                return worker
         worker.end()
     return None
 

@@ -114,14 +114,13 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
         from .experiments.runs import save_run
         from .render import Result, render, warm_up
         from .render.estimate import share
-        from .scene.chance import left_to_chance
+        from .scene import chance
 
         finished: list[Result] = []
         with progress.bar("compiling kernels (once after an update)", 1):
             warm_up(settings.guide, machine)
         scene = opened()
-        for lamp in left_to_chance(scene, settings.nee):
-            progress.note(f"{lamp.object!r}: {lamp.detail}")
+        chance.tell(scene, [settings.nee], progress.note)
         point = find(scene)
         try:
             with progress.bar(scene.name, 1) as advance:

@@ -96,6 +96,7 @@ def render(job: Job, events: Events) -> None:
     from .render import Result
     from .render import render as trace
     from .render.estimate import left
+    from .scene import chance
     from .scene.bundle import load
 
     settings, machine = _settings(job)
@@ -103,6 +104,8 @@ def render(job: Job, events: Events) -> None:
     if "out" in job:
         check_writable(Path(job["out"]))
     scene = load(Path(job["bundle"]))
+    if "out" in job:
+        chance.tell(scene, [settings.nee], events.note)
 
     def on_pass(state: Result) -> None:
         shown = frames is not None and frames.offer(lambda: _combined(state))
@@ -202,11 +205,11 @@ def inspect(job: Job, events: Events) -> None:
     events.send("done", pictures=[str(path) for path in pictures])
 
 
-def rest(_job: Job, _events: Events) -> None:
-    """Nobody needs the worker for now."""
+def wait(_job: Job, _events: Events) -> None:
+    """Nobody needs the worker for now ("rest"), or somebody does again, though not at once ("wake")."""
 
 
-JOBS = {"rest": rest, "prepare": prepare, "render": render, "compare": compare, "inspect": inspect}
+JOBS = {"rest": wait, "wake": wait, "prepare": prepare, "render": render, "compare": compare, "inspect": inspect}
 
 
 def main() -> None:

@@ -61,7 +61,9 @@ class Attributes:
         finite = np.isfinite(values)
         if not (faultless := bool(finite.all())):
             values = np.where(finite, values, np.float32(0))
-        self._rows[number, owner] = self._shared[name] = self._count
+        self._rows[number, owner] = self._count
+        if shared:
+            self._shared[name] = self._count
         self._blocks.append(np.ascontiguousarray(arranged(values, placed.triangles.kept, placed.triangles.mirrored)))
         self._count += len(self._blocks[-1])
         return faultless

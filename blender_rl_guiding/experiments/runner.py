@@ -9,6 +9,7 @@ from pathlib import Path
 from ..errors import InputError, atomic
 from ..images import write_exr
 from ..render import warm_up
+from ..scene import chance
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
 from .forecast import Forecast
@@ -45,6 +46,8 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     """
     for experiment in experiments:
         _describe(experiment)
+        for scene in experiment.scenes:
+            chance.tell(scene, [settings.nee for settings in experiment.methods.values()], progress.note)
     places = (place for experiment in experiments for place in _places(experiment))
     if not all(is_done(folder, scene, settings) for scene, _, folder, settings in places):
         _compile_kernels(experiments, machine, progress)

@@ -23,7 +23,7 @@ def above(scene: SceneData, point: Point, rows: int, columns: int) -> Camera:
     """A camera just above a point whose pixels are patches of the hemisphere, the last row on top."""
     low, high = scene.bounds
     lifted = point.position + LIFT * float((high - low).max()) * point.normal
-    return hemisphere(scene.origin + lifted, point.normal, rows, columns)
+    return hemisphere(scene.origin.astype(np.float64) + lifted, point.normal, rows, columns)
 
 
 def frame(scene: SceneData, point: Point) -> tuple[list[float], list[float]]:
@@ -47,8 +47,8 @@ def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int,
     try:
         before = json.loads(path.read_text(encoding="utf-8"))
         if before.items() >= about.items():
-            position, normal = (np.array(before[name], np.float32) for name in ("position", "normal"))
-            return Point(pixel, position - scene.origin, normal)
+            position, normal = np.array(before["position"]) - scene.origin, np.array(before["normal"])
+            return Point(pixel, position.astype(np.float32), normal.astype(np.float32))
     except (OSError, ValueError, KeyError, AttributeError):
         pass  # there is none, or no such file
     point = find(scene, pixel, machine)
@@ -56,7 +56,8 @@ def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int,
         path.unlink(missing_ok=True)
         return None
     right, up = frame(scene, point)
-    values = about | {"position": (scene.origin + point.position).tolist(), "normal": point.normal.tolist(), "right": right, "up": up}
+    position = scene.origin.astype(np.float64) + point.position
+    values = about | {"position": position.tolist(), "normal": point.normal.tolist(), "right": right, "up": up}
     values["radiance"] = rounded(arriving(scene, point, max_bounces, machine))
     with atomic(path) as part:
         part.write_text(json.dumps(values), encoding="utf-8")

@@ -40,12 +40,13 @@ def shaded_lamps(scene: SceneData, shading: Shading, constant: np.ndarray) -> tu
 
 
 def _constant_emission(shading: Shading, shader: int) -> np.ndarray | None:
-    """(3,) what the emission closures of a shader add up to; None where there are other closures."""
+    """(3,) what the emission closures of a shader add up to, 0 if that is not finite; None where there are other closures."""
     first, end = shading.shaders[shader, 2:]
     rows = shading.closures[first:end]
     if (rows[:, 0] != _EMISSION).any():
         return None
-    return np.prod(shading.constants[rows[:, 1:4]].clip(0), axis=1).sum(axis=0)
+    factor = np.prod(shading.constants[rows[:, 1:4]].clip(0), axis=1).sum(axis=0)
+    return factor if np.isfinite(factor).all() else np.zeros(3)
 
 
 @part

@@ -1,6 +1,7 @@
 """Lamps that rays seldom meet by chance: where light sampling is off, all they give is a few white dots. Needs nothing but numpy."""
 
 import math
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -20,9 +21,15 @@ def left_to_chance(scene: SceneData, nee: bool) -> tuple[Loss, ...]:
     return tuple(Loss(lamp.name, "", DETAIL) for lamp in scene.lamps if 0 < _share(lamp, middle, radius) < LEAST)
 
 
+def tell(scene: SceneData, nee: Iterable[bool], note: Callable[[str], None]) -> None:
+    """Note a line for each of them where next-event estimation is off in any of some renders."""
+    for lamp in left_to_chance(scene, all(nee)):
+        note(f"{lamp.object!r}: {lamp.detail}")
+
+
 def _share(lamp: Lamp, middle: np.ndarray, radius: float) -> float:
     """Solid angle of a lamp over 2 pi, from the scene's middle, or half its radius away if it is nearer; 0 if rays cannot hit it."""
-    if not lamp.mis:
+    if not lamp.mis or (lamp.kind == "area" and not lamp.spread):
         return 0.0
     if lamp.kind == "sun":
         return 1 - math.cos(lamp.radius)

@@ -86,8 +86,8 @@ class SceneData:
     visibility: np.ndarray = field(
         default_factory=lambda: np.full(1, VISIBLE, np.uint8)
     )  # (O,) sum of the kinds of rays that see an object
-    # What attribute k has at the corners of the t-th triangle of object o: attributes[attribute_rows[k, o] + t]
     world_visibility: int = VISIBLE  # sum of the kinds of rays that see the world
+    # What attribute k has at the corners of the t-th triangle of object o: attributes[attribute_rows[k, o] + t]
     attributes: np.ndarray = _none("attributes")  # (N, 3, 3) float32, three numbers at each corner of a triangle
     attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object does not have the attribute: it is 0 there
     object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, what is the same all over an object
@@ -202,7 +202,7 @@ def _find_bad_object(scene: SceneData) -> str:
     if scene.object_attributes.shape[0] and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
     if rows.shape[0] and (
-        rows.shape[1] != objects or rows.min() < -1 or (np.where(rows < 0, 0, rows + counts) > len(scene.attributes)).any()
+        rows.shape[1] != objects or rows.min(initial=0) < -1 or (np.where(rows < 0, 0, rows + counts) > len(scene.attributes)).any()
     ):
         return f"attribute_rows {rows.shape} do not fit {objects} objects and {len(scene.attributes)} rows of attributes"
     return ""

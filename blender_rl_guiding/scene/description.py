@@ -112,7 +112,7 @@ Value = float | Color | Node
 
 @dataclass(frozen=True)
 class Instruction:
-    """One step of a shader's code: a number or three, from inputs and earlier steps. See `shading.nodes` for what there is."""
+    """One step of a shader's code: a number or three, from inputs and earlier steps. See `ops` for what there is."""
 
     op: str
     inputs: tuple[Value, ...] = ()

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..kernels import kernel, part, unlikely
 from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
 from . import embree
@@ -68,7 +69,7 @@ class Geometry:
         meshes, first_object = self._attach_instances(device, handle)
         embree.commit(handle)
         if error := embree.failure(device):
-            raise MemoryError(f"Embree cannot hold {len(scene.triangles)} triangles and {len(scene.instances)} instances: error {error}")
+            raise InputError(f"Embree cannot hold {len(scene.triangles)} triangles and {len(scene.instances)} instances: error {error}")
         smooth, rounding = np.empty(len(scene.triangles), bool), np.empty(len(scene.triangles), F)
         measure(vertices, scene.triangles, scene.normals, smooth, rounding)
         self.surface = Surface(

@@ -34,12 +34,15 @@ class Shading(NamedTuple):
     attributes: np.ndarray  # (N, 3, 3) float32, see SceneData
     attribute_rows: np.ndarray  # (A, O) int64: first row minus the object's first triangle; NONE where an object lacks it
     object_attributes: np.ndarray  # (B, O, 3) float32
-    to_world: np.ndarray  # (I, 3, 4) float32, of the last I objects, whose positions are in the space of a mesh
+    to_world: np.ndarray  # (I, 3, 4) float32, of the last I objects, which are in the space of a mesh; only its 3 x 3 is read
     origin: np.ndarray  # (3,) float32, of points in world space
 
 
 class Point(NamedTuple):
-    """Where a shader is evaluated. Vectors are tuples in world space, x from the scene's origin."""
+    """Where a shader is evaluated. Vectors are tuples in world space; x is counted from the scene's origin.
+
+    Where there is no object (-1), x is a place in the world on a lamp, the direction of a sun, or that of the ray for the world.
+    """
 
     x: tuple[F, F, F]
     n: tuple[F, F, F]  # shading normal, on wo's side of the surface

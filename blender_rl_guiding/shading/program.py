@@ -167,10 +167,11 @@ def _padded(numbers: list[int], length: int) -> list[int]:
 def _assets(scene: SceneData, bumps: bool) -> Shading:
     """All that the code of the scene's shaders refers to, without the code. For bumps, the last attribute is the position."""
     objects = len(scene.visibility)
-    rows = np.where(scene.attribute_rows < 0, NONE, scene.attribute_rows - first_triangles(scene))
+    table = scene.attribute_rows.reshape(len(scene.attribute_rows), objects)
+    rows = np.where(table < 0, NONE, table - first_triangles(scene))
     attributes = scene.attributes
     if bumps:
-        rows = np.concatenate([rows.reshape(-1, objects), np.full((1, objects), len(attributes))])
+        rows = np.concatenate([rows, np.full((1, objects), len(attributes))])
         attributes = np.concatenate([attributes, scene.vertices[scene.triangles]])
     empty = np.zeros((0, 0), np.int32)
     return Shading(

@@ -227,6 +227,17 @@ def test_triangles_without_area_have_no_rows(run: Export, thing: bpy.types.Objec
     assert run().attributes.tolist() == [[[2] * 3] * 3, [[3] * 3] * 3]
 
 
+def test_what_an_instance_without_area_lacks_is_not_taken_from_the_others(run: Export, thing: bpy.types.Object, paint: Callable):
+    thing.modifiers.clear()
+    thing.scale.z = 0.0
+    paint(thing, coordinates("UV"))
+    whole = bpy.data.objects.new("Whole", thing.data)
+    bpy.context.scene.collection.objects.link(whole)
+    exported = run()
+    assert len(exported.triangles) < 24
+    assert len(exported.attributes) == len(exported.triangles)
+
+
 @pytest.mark.parametrize("smooth", [False, True])
 def test_tangents_are_those_of_mikktspace(scene: bpy.types.Scene, smooth: bool):
     """On triangles Blender computes the very same; Cycles feeds it triangles, too."""

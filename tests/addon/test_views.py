@@ -93,6 +93,17 @@ def test_a_file_without_a_camera_can_be_framed(blend: Path):
     assert np.linalg.norm(np.array(data.camera.to_world)[:3, 3] - data.vertices.mean(axis=0)) > 3
 
 
+def test_simplify_culls_nothing_of_what_is_to_be_framed(blend: Path):
+    """By the place of a camera that is not there yet."""
+    scene = opened(blend, View())
+    cube = next(thing for thing in scene.objects if thing.type == "MESH")
+    cube.animation_data_clear()
+    cube.location.x = 30
+    scene.render.use_simplify = scene.cycles.use_camera_cull = cube.cycles.use_camera_cull = True
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert len(seen(blend, View(camera=AUTO)).triangles) == 12
+
+
 @pytest.mark.parametrize(
     ("view", "line"),
     [
@@ -120,6 +131,18 @@ def test_frames_are_known_by_the_file_what_it_refers_to_and_the_view(blend: Path
     with blend.open("ab") as file:
         file.write(b"\0")
     assert source_key(blend, View()) not in {before, missing}
+
+
+@pytest.mark.parametrize(
+    ("source", "name", "other"), [("TILED", "a[1].<UDIM>.png", "a[1].1002.png"), ("SEQUENCE", "b7 08.png", "b7 37.png")]
+)
+def test_frames_are_known_by_all_tiles_and_files_of_a_sequence(blend: Path, tmp_path: Path, source: str, name: str, other: str):
+    opened(blend, View())
+    image = bpy.data.images.new("image", 1, 1)
+    image.source, image.filepath = source, str(tmp_path / name)
+    before = source_key(blend, View())
+    (tmp_path / other).write_bytes(b"painted")
+    assert source_key(blend, View()) != before
 
 
 def test_the_command_in_blender_takes_the_same_flags(blend: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -75,6 +75,14 @@ def test_constant_shaders_become_part_of_the_lamp():
     assert emitted[0] == pytest.approx((0.75, 2.0, 3.75))
 
 
+def test_a_constant_that_is_not_finite_is_dark():
+    power = Instruction("math", (1e30, 2.0, 0.0), "POWER", (0,))
+    scene = with_lamps(Shader("infinite", (power,), (Closure("emission", 1.0, {"strength": Node(0)}),)), LAMPS[0])
+    table, emitted = shaded_lamps(scene, compile_shaders(scene), np.ones(len(scene.shaders), bool))
+    assert not table[0, lamps.EMISSION : lamps.RADIUS].any()
+    assert not emitted.any()
+
+
 def test_lamps_are_chosen_by_the_mean_of_their_shaders():
     """Twice the strength, twice the light: but for the bit that every lamp gets."""
     strong = replace(VARYING, closures=(replace(VARYING.closures[0], weight=2.0),))

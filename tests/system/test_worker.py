@@ -129,6 +129,12 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
     assert not first.alive
     with borrowed(PYTHON) as third:
         pass
+    sent, send = [], Worker.send
+    monkeypatch.setattr(Worker, "send", lambda worker, job, **values: (sent.append(job), send(worker, job, **values)))
+    with borrowed(PYTHON) as again:
+        assert again is third
+        assert sent == ["wake"]  # or it would end by itself while whoever has it is busy
+    assert sent == ["wake", "rest"]
     monkeypatch.setattr(worker_client, "_WARM", 0.0)
     with borrowed(PYTHON) as fourth:
         assert fourth is not third

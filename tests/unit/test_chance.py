@@ -28,6 +28,7 @@ def lamp(kind: str, above: float, **values) -> Lamp:
         (lamp("sun", 0.0, radius=0.2), False),
         (lamp("area", 5.0, width=1.0, height=1.0), False),
         (lamp("area", 5.0, width=0.1, height=0.1), True),
+        (lamp("area", 5.0, width=0.1, height=0.1, spread=0.0), False),
     ],
 )
 def test_lamps_that_cover_less_than_a_thousandth_of_the_hemisphere_are_told(of: Lamp, seldom: bool):

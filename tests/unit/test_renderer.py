@@ -13,7 +13,8 @@ from blender_rl_guiding.guiding.dqn import DQNGuide
 from blender_rl_guiding.render import Result, render, renderer
 from blender_rl_guiding.render.passes import PassTracer
 from blender_rl_guiding.render.renderer import LEAST_SAMPLES
-from blender_rl_guiding.scene.description import Closure, Shader
+from blender_rl_guiding.scene.data import find_fault
+from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader
 from blender_rl_guiding.settings import DQN, Guide, Machine, Render
 from tests import scenes
 
@@ -181,6 +182,16 @@ PLAIN = {
         (0.0,) * 3,
     ),
 }
+
+
+def test_attributes_of_no_object():
+    """As where the only object that asked for them could not be read."""
+    bump = Instruction("bump", (Node(0), 1.0, 1.0, Node(1)), options=(0,))
+    shader = Shader("bumpy", (Instruction("attribute", options=(0,)), Instruction("normal"), bump), ())
+    rows = np.zeros((1, 0), np.int64)
+    scene = replace(scenes.empty(4, GREY), shaders=(shader,), attribute_rows=rows, visibility=np.zeros(0, np.uint8))
+    assert find_fault(scene) == ""
+    assert render(scene, Render(spp=1), MACHINE).image == pytest.approx(np.broadcast_to(GREY, (4, 4, 3)))
 
 
 @pytest.mark.parametrize("guide", get_args(Guide))
