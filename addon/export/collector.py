@@ -14,7 +14,7 @@ from . import coverage
 from .attributes import Attributes, Placed, depends_on_place
 from .culling import Culling
 from .custom_attributes import CustomAttributes
-from .geometry import Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
+from .geometry import UNREADABLE, Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
 from .instances import Instances, Kind, Use, fits, kind_of, use_of
 from .lamps import read_lamp
 from .materials import read_material
@@ -22,9 +22,6 @@ from .object_info import ObjectInfo
 from .resources import Resources, corner_attributes_of
 from .simplify import texture_limit
 from .visibility import visibility
-
-# What Blender and numpy raise where the data of an object are not what they should be.
-_UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, ValueError)
 
 
 class Collector:
@@ -67,7 +64,7 @@ class Collector:
         """Take one instance, if it is a lamp or a mesh that any rays can see. What cannot be read is left out as a whole, and listed."""
         try:
             self._add(instance)
-        except _UNREADABLE as error:
+        except UNREADABLE as error:
             reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             self.note([Loss(instance.object.name, "", f"left out, as it cannot be read: {reason}")])
 

@@ -13,6 +13,8 @@ from .geometry import read_array
 
 _UNUSED = 2**31 - 1  # in `persistent_id`
 _PARTS = ("mesh", "volume", "curves", "pointcloud", "grease_pencil")  # of a geometry, beside its instances
+# Types of objects that have a geometry: Blender refuses to give that of others, such as an Empty that shows a collection.
+_GEOMETRIES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "VOLUME", "GREASEPENCIL"}
 _OWN = {"MESH": "mesh", "VOLUME": "volume", "CURVE": "curves", "FONT": "curves", "CURVES": "curves", "POINTCLOUD": "pointcloud"}
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
@@ -55,8 +57,8 @@ class _Level:
         return None if colors is None else tuple(colors[place].tolist())
 
 
-def _of_object(thing: bpy.types.Object) -> _Level:
-    return _Level(thing.evaluated_geometry(), _OWN.get(thing.type, ""))
+def _of_object(thing: bpy.types.Object) -> _Level | None:
+    return _Level(thing.evaluated_geometry(), _OWN.get(thing.type, "")) if thing.type in _GEOMETRIES else None
 
 
 class CustomAttributes:
@@ -64,7 +66,7 @@ class CustomAttributes:
 
     def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
         self._depsgraph = depsgraph
-        self._levels: dict[int, _Level] = {}  # of instancers
+        self._levels: dict[int, _Level | None] = {}  # of instancers
         self.losses: dict[Loss, None] = {}  # an ordered set
 
     def find(self, kind: str, name: str, instance: bpy.types.DepsgraphObjectInstance) -> Color4:

@@ -11,6 +11,8 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import without_area
 
+# What Blender and numpy raise where the data of an object are not what they should be.
+UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 _FAR = 1e18
 _BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
 

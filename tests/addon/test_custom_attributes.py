@@ -36,3 +36,25 @@ def test_instances_with_ids(
     exported = run()
     assert exported.object_attributes[0, 1:, 0].tolist() == found
     assert lines(exported) == losses
+
+
+def test_instancers_without_a_geometry(run: Export, scene: bpy.types.Scene, paint: bpy.types.Material):
+    """An Empty that shows a collection: alone, and placed on points that have the attribute."""
+    attribute = node(paint.node_tree, "ShaderNodeAttribute", into=put(paint, "ShaderNodeBsdfDiffuse").inputs["Color"])
+    attribute.attribute_type, attribute.attribute_name = "INSTANCER", "tint"
+    bpy.ops.mesh.primitive_cube_add()
+    cube, parts = bpy.context.object, bpy.data.collections.new("Parts")
+    cube.data.materials.append(paint)
+    parts.objects.link(cube)
+    scene.collection.objects.unlink(cube)
+    cube["tint"] = 0.75
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", parts
+    scene.collection.objects.link(empty)
+    assert run().object_attributes[0, :, 0].tolist() == [0.75]
+    bpy.ops.mesh.primitive_plane_add()
+    nodes = Geometry(bpy.data, bpy.context.object)
+    nodes.end(nodes.joined(nodes.own, nodes.stored(nodes.on_points(nodes.own, nodes.of(empty, as_instance=True)), "tint", 0.25)))
+    exported = run()
+    assert sorted(exported.object_attributes[0, :, 0].tolist()) == [0.0, 0.0, 0.25, 0.5, 0.75, 0.75]
+    assert lines(exported) == []
