@@ -48,6 +48,9 @@ class Exporter(bpy.types.RenderEngine):
             self.report({"ERROR"}, str(error))  # unlike error_set, this fails the operator, too
         except Stopped:
             pass
+        except Exception as error:  # which Blender prints, and would then show a black picture
+            self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {' '.join(str(error).split())}")
+            raise
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Do all that a render takes. InputError ends it, and Blender shows its line."""

@@ -12,9 +12,11 @@ import OpenEXR
 import pytest
 
 from addon import engine, environment, worker_client
+from addon.capture import captured
 from addon.engine import PASSES, status_line
 from addon.export.scene import export
 from addon.properties import write
+from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.render import render
 from blender_rl_guiding.render.denoise import denoised
 from blender_rl_guiding.scene.data import SceneData
@@ -156,6 +158,19 @@ def test_a_scene_that_cannot_be_rendered_says_so_in_the_list(lit: bpy.types.Scen
     with pytest.raises(RuntimeError, match="the camera has to_world"):
         f12(lit, tmp_path)
     assert "the camera has to_world" in bpy.context.window_manager.rl_guiding_coverage.fault
+
+
+def test_a_fault_of_the_add_on_is_a_line_and_no_black_picture(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture):
+    def export(*_: object) -> None:
+        raise TypeError("no such\nthing")
+
+    monkeypatch.setattr(engine, "export", export)
+    lit.render.engine = "RL_GUIDED"
+    with pytest.raises(RuntimeError, match="RL Guided failed: TypeError: no such thing"):
+        bpy.ops.render.render()
+    with pytest.raises(InputError, match="RL Guided Capture failed: TypeError: no such thing"):
+        captured(lit)
+    assert capfd.readouterr().err.count("Traceback") == 2  # for whoever mends it
 
 
 def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
