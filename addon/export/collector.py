@@ -115,6 +115,7 @@ class Collector:
     def _add_mesh(
         self, instance: bpy.types.DepsgraphObjectInstance, kind: Kind, data: bpy.types.Mesh, matrix: np.ndarray, seen: int
     ) -> None:
+        check_transform(matrix)
         mesh = self._kept(kind, instance.object, data) if fits(instance.matrix_world) else None
         if mesh is not None:
             self._add_instance(instance, kind, mesh, matrix, seen)
@@ -226,15 +227,14 @@ class Collector:
         """The arrays of `SceneData`, all but tables. What they are made from is let go of, array by array."""
         self._meshes.clear()
         names = self.resources.object_attributes
-        table = self.instances.arrays(names)
+        meshes = self.instances.finish(self._vertices)
+        table = self.instances.arrays(meshes, names)
         table["visibility"] = np.concatenate([np.array(self.visibility, np.uint8), table["visibility"]])
         table["object_attributes"] = np.concatenate([self.object_info.table(names), table["object_attributes"]], axis=1)
         attributes, rows = self.attributes.arrays(
-            len(self.resources.corner_attributes), len(self.visibility), len(table["meshes"]), table["instances"]
+            len(self.resources.corner_attributes), len(self.visibility), self.instances.count, meshes[table["instances"]]
         )
         table["meshes"] += np.int32(sum(map(len, self.triangles["object"])))
-        for corners in self.instances.parts["triangles"]:
-            corners += np.int32(self._vertices)
         triangles = {name: _joined(name, parts, self.instances.parts.pop(name, [])) for name, parts in self.triangles.items()}
         return triangles | table | {"attributes": attributes, "attribute_rows": rows}
 
