@@ -21,6 +21,7 @@ from .materials import read_material
 from .object_info import ObjectInfo
 from .resources import Resources, corner_attributes_of
 from .simplify import texture_limit
+from .stop import Stop
 from .visibility import visibility
 
 
@@ -30,7 +31,7 @@ class Collector:
     Meshes of the uses in `repeated` are kept once where they can be, all others are placed in the world each time.
     """
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, frame: Camera, repeated: frozenset[Use]) -> None:
+    def __init__(self, depsgraph: bpy.types.Depsgraph, frame: Camera, repeated: frozenset[Use], stop: Stop) -> None:
         """`frame` is the camera without a render region."""
         self.triangles: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": [], "object": []}
         self.visibility: list[int] = []
@@ -39,7 +40,7 @@ class Collector:
         self.shaders: list[Shader] = []
         self.lamps: list[Lamp] = []
         self.losses: dict[Loss, None] = {}  # an ordered set
-        self.resources = Resources(depsgraph.scene.frame_current, texture_limit(depsgraph.scene))
+        self.resources = Resources(depsgraph.scene.frame_current, texture_limit(depsgraph.scene), stop)
         self.attributes = Attributes()
         self.custom = CustomAttributes(depsgraph)
         self._depsgraph = depsgraph

@@ -51,7 +51,7 @@ def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Textu
         blend = _file_with(world.original, Path(folder, "world.blend"))
         groups = [group.name for group in at.path]
         job = {"blend": str(blend), "world": world.name, "groups": groups, "node": at.node.name, "output": output, "frame": frame}
-        colors = by_cycles.render(job, Path(folder, "picture.npz"), picture=_PICTURE)["picture"][::-1]
+        colors = by_cycles.render(job, Path(folder, "picture.npz"), at.network.resources.stop, picture=_PICTURE)["picture"][::-1]
     return Texture(at.node.name, False, by_cycles.opaque(colors))
 
 
