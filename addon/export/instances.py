@@ -80,7 +80,7 @@ class Instances:
 
     def add_mesh(self, part: Triangles, material: np.ndarray, notes: list[tuple[str, str]]) -> None:
         """The next mesh, in its own space, and what of its materials is lost."""
-        arrays = (part.vertices, part.corners.copy(), part.normals, material)  # corners are renumbered, others' with them were it no copy
+        arrays = (part.vertices, part.corners.copy(), part.normals, material)  # of corners a copy, as `finish` renumbers them
         for parts, values in zip(self.parts.values(), arrays, strict=True):
             parts.append(values)
         self._notes.append(notes)
