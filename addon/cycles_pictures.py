@@ -164,6 +164,8 @@ def node(job: dict[str, Any]) -> dict[str, np.ndarray]:
     with bpy.data.libraries.load(job["blend"]) as (_, wanted):
         wanted.worlds = [job["world"]]
     (scene.world,) = wanted.worlds
+    if scene.world is None:
+        raise RuntimeError(f"no world '{job['world']}' in {job['blend']}")
     scene.world.cycles.sampling_method = "NONE"
     tree, socket = scene.world.node_tree, brought_out(scene.world.node_tree, job["groups"], job)
     background, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Background", "OutputWorld"))
@@ -172,7 +174,8 @@ def node(job: dict[str, Any]) -> dict[str, np.ndarray]:
     for other in tree.nodes:
         if other.bl_idname == output.bl_idname:
             other.is_active_output = other == output
-    scene.frame_set(int(job["frame"]), subframe=job["frame"] % 1)
+    frame = math.floor(job["frame"])
+    scene.frame_set(frame, subframe=job["frame"] - frame)
     return {"picture": look_around(scene, ACROSS, ACROSS // 2)}
 
 

@@ -1,7 +1,6 @@
 """The render engine RL Guided: what Blender calls on F12, and the only place that sees a depsgraph in render mode."""
 
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,8 @@ from blender_rl_guiding.settings import Render
 from . import coverage, environment, worker_client
 from .export.coverage import in_blender
 from .export.motion import FrameSet
-from .export.scene import Stopped, export
+from .export.scene import export
+from .export.stop import Stop, Stopped
 from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
@@ -48,6 +48,9 @@ class Exporter(bpy.types.RenderEngine):
             self.report({"ERROR"}, str(error))  # unlike error_set, this fails the operator, too
         except Stopped:
             pass
+        except Exception as error:  # which Blender prints, and would then show a black picture
+            self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {' '.join(str(error).split())}")
+            raise
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Do all that a render takes. InputError ends it, and Blender shows its line."""
@@ -124,7 +127,7 @@ class RLGuided(Exporter):
         self.end_result(result)
 
 
-def _told(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Callable[[], bool]) -> SceneData:
+def _told(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop) -> SceneData:
     """The scene; what of it cannot be rendered as it is goes to the coverage list."""
     try:
         scene = export(depsgraph, frame_set, stop)

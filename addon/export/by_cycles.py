@@ -1,8 +1,10 @@
 """Pictures of what only Cycles can compute, by a Blender of its own: no render can begin within another one."""
 
+import contextlib
 import json
 import subprocess
 import tempfile
+import time
 import zipfile
 import zlib
 from pathlib import Path
@@ -13,19 +15,24 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 
 from ..another_blender import command
+from .stop import Stop, Stopped, never
 
 SCRIPT = Path(__file__).resolve().parents[1] / "cycles_pictures.py"
 # What is raised where a file of arrays is not one, or another.
 DAMAGE = (OSError, zipfile.BadZipFile, zlib.error, EOFError, LookupError, ValueError, NotImplementedError)
 _PATIENCE = 120.0  # seconds; one or two are enough where the machine has nothing else to do
+_LOOK = 0.1  # seconds between two looks at whether the user wants to wait
 
 
-def render(job: dict[str, Any], path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Have the pictures of a job (see the script) written to a file, and read them. InputError says in one line why there are none."""
+def render(job: dict[str, Any], path: Path, stop: Stop = never, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """Have the pictures of a job (see the script) written to a file, and read them. InputError says in one line why there are none.
+
+    Stopped where the user does not want to wait.
+    """
     with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
         written = Path(folder, "job.json")
         written.write_text(json.dumps(job), encoding="utf-8")
-        _run([str(written), str(path)])
+        _run([str(written), str(path)], stop)
     try:
         return read(path, **shapes)
     except DAMAGE as error:
@@ -47,16 +54,29 @@ def opaque(colors: np.ndarray) -> np.ndarray:
     return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1)
 
 
-def _run(arguments: list[str]) -> None:
+def _run(arguments: list[str], stop: Stop) -> None:
     """Run the script in another Blender."""
     whole = [*command(SCRIPT), *arguments]
     null, pipe = subprocess.DEVNULL, subprocess.PIPE
     try:
-        done = subprocess.run(whole, stdin=null, stdout=null, stderr=pipe, timeout=_PATIENCE, check=False)
-    except subprocess.TimeoutExpired as error:
-        raise InputError(f"Blender was not done after {_PATIENCE:g} seconds") from error
+        child = subprocess.Popen(whole, stdin=null, stdout=null, stderr=pipe)
     except OSError as error:
         raise InputError(f"cannot start {whole[0]}: {error.strerror or error}") from error
-    if done.returncode:
-        said = done.stderr.decode(errors="replace").strip().splitlines()
-        raise InputError(f"Blender failed with status {done.returncode}: {said[-1] if said else 'it said nothing'}")
+    with child:
+        try:
+            said = _said(child, stop).decode(errors="replace").strip().splitlines()
+        finally:
+            child.kill()  # nothing, where it is done
+    if child.returncode:
+        raise InputError(f"Blender failed with status {child.returncode}: {said[-1] if said else 'it said nothing'}")
+
+
+def _said(child: subprocess.Popen[bytes], stop: Stop) -> bytes:
+    """All errors that a child writes until it ends. InputError where that takes too long."""
+    end = time.monotonic() + _PATIENCE
+    while time.monotonic() < end:
+        if stop():
+            raise Stopped
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return child.communicate(timeout=_LOOK)[1]
+    raise InputError(f"Blender was not done after {_PATIENCE:g} seconds")

@@ -14,17 +14,15 @@ from . import coverage
 from .attributes import Attributes, Placed, depends_on_place
 from .culling import Culling
 from .custom_attributes import CustomAttributes
-from .geometry import Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
+from .geometry import UNREADABLE, Mesh, Triangles, check_transform, evaluated_mesh, place, read_mesh
 from .instances import Instances, Kind, Use, fits, kind_of, use_of
 from .lamps import read_lamp
 from .materials import read_material
 from .object_info import ObjectInfo
 from .resources import Resources, corner_attributes_of
 from .simplify import texture_limit
+from .stop import Stop
 from .visibility import visibility
-
-# What Blender and numpy raise where the data of an object are not what they should be.
-_UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, ValueError)
 
 
 class Collector:
@@ -33,7 +31,7 @@ class Collector:
     Meshes of the uses in `repeated` are kept once where they can be, all others are placed in the world each time.
     """
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, frame: Camera, repeated: frozenset[Use]) -> None:
+    def __init__(self, depsgraph: bpy.types.Depsgraph, frame: Camera, repeated: frozenset[Use], stop: Stop) -> None:
         """`frame` is the camera without a render region."""
         self.triangles: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": [], "object": []}
         self.visibility: list[int] = []
@@ -42,7 +40,7 @@ class Collector:
         self.shaders: list[Shader] = []
         self.lamps: list[Lamp] = []
         self.losses: dict[Loss, None] = {}  # an ordered set
-        self.resources = Resources(depsgraph.scene.frame_current, texture_limit(depsgraph.scene))
+        self.resources = Resources(depsgraph.scene.frame_current, texture_limit(depsgraph.scene), stop)
         self.attributes = Attributes()
         self.custom = CustomAttributes(depsgraph)
         self._depsgraph = depsgraph
@@ -67,7 +65,7 @@ class Collector:
         """Take one instance, if it is a lamp or a mesh that any rays can see. What cannot be read is left out as a whole, and listed."""
         try:
             self._add(instance)
-        except _UNREADABLE as error:
+        except UNREADABLE as error:
             reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             self.note([Loss(instance.object.name, "", f"left out, as it cannot be read: {reason}")])
 
@@ -118,6 +116,7 @@ class Collector:
     def _add_mesh(
         self, instance: bpy.types.DepsgraphObjectInstance, kind: Kind, data: bpy.types.Mesh, matrix: np.ndarray, seen: int
     ) -> None:
+        check_transform(matrix)
         mesh = self._kept(kind, instance.object, data) if fits(instance.matrix_world) else None
         if mesh is not None:
             self._add_instance(instance, kind, mesh, matrix, seen)
@@ -229,15 +228,14 @@ class Collector:
         """The arrays of `SceneData`, all but tables. What they are made from is let go of, array by array."""
         self._meshes.clear()
         names = self.resources.object_attributes
-        table = self.instances.arrays(names)
+        meshes = self.instances.finish(self._vertices)
+        table = self.instances.arrays(meshes, names)
         table["visibility"] = np.concatenate([np.array(self.visibility, np.uint8), table["visibility"]])
         table["object_attributes"] = np.concatenate([self.object_info.table(names), table["object_attributes"]], axis=1)
         attributes, rows = self.attributes.arrays(
-            len(self.resources.corner_attributes), len(self.visibility), len(table["meshes"]), table["instances"]
+            len(self.resources.corner_attributes), len(self.visibility), self.instances.count, meshes[table["instances"]]
         )
         table["meshes"] += np.int32(sum(map(len, self.triangles["object"])))
-        for corners in self.instances.parts["triangles"]:
-            corners += np.int32(self._vertices)
         triangles = {name: _joined(name, parts, self.instances.parts.pop(name, [])) for name, parts in self.triangles.items()}
         return triangles | table | {"attributes": attributes, "attribute_rows": rows}
 

@@ -1,6 +1,6 @@
 """Attributes that are the same all over an object: of instances by geometry nodes, of objects, of the view layer."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import bpy
@@ -13,6 +13,8 @@ from .geometry import read_array
 
 _UNUSED = 2**31 - 1  # in `persistent_id`
 _PARTS = ("mesh", "volume", "curves", "pointcloud", "grease_pencil")  # of a geometry, beside its instances
+# Types of objects that have a geometry: Blender refuses to give that of others, such as an Empty that shows a collection.
+_GEOMETRIES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "VOLUME", "GREASEPENCIL"}
 _OWN = {"MESH": "mesh", "VOLUME": "volume", "CURVE": "curves", "FONT": "curves", "CURVES": "curves", "POINTCLOUD": "pointcloud"}
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
@@ -24,39 +26,77 @@ class _Level:
 
     def __init__(self, geometry: Any, own: str = "") -> None:
         self._geometry = geometry  # whoever lets go of it lets go of its points, too
-        self.points = geometry.instances_pointcloud()
+        self._points = geometry.instances_pointcloud()
         # Where other parts are beside the instances, the path to an instance has a number for "the instances" as well.
         self.beside = any(getattr(geometry, part) is not None for part in _PARTS if part != own)
-        self._below: dict[int, _Level | None] = {}
+        self._below: dict[int, _Level | _Members | None] = {}
         self._colors: dict[str, np.ndarray | None] = {}
-        if self.points is not None:
-            count, given = len(self.points.points), self.points.attributes.get("id")
-            ids = read_array(given.data, "value", (), np.int32).tolist() if given else range(count)
-            self.places = {number: place for place, number in reversed([*enumerate(ids)])}  # the first of those with one id keeps it
-            self._references = geometry.instance_references()
-            self._chosen = read_array(self.points.attributes[".reference_index"].data, "value", (), np.int32)
+        count, given = len(self._points.points), self._points.attributes.get("id")
+        ids = read_array(given.data, "value", (), np.int32).tolist() if given else range(count)
+        self.places = {number: place for place, number in reversed([*enumerate(ids)])}  # the first of those with one id keeps it
+        self._references = geometry.instance_references()
+        self._chosen = read_array(self._points.attributes[".reference_index"].data, "value", (), np.int32)
 
-    def below(self, place: int) -> "_Level | None":
-        """What the instance is of; None for a collection, whose objects have attributes of their own."""
+    def below(self, place: int) -> "_Level | _Members | None":
+        """What the instance is of, if that has instances itself."""
         reference = int(self._chosen[place])
         if reference not in self._below:
             what = self._references[reference]
-            self._below[reference] = _of_object(what) if isinstance(what, bpy.types.Object) else None
-            if isinstance(what, bpy.types.GeometrySet):
-                self._below[reference] = _Level(what)
+            self._below[reference] = _of_geometry(what) if isinstance(what, bpy.types.GeometrySet) else _of_id(what)
         return self._below[reference]
 
     def color(self, name: str, place: int) -> Color4 | None:
         """What an attribute is of an instance; None if there is no such thing."""
         if name not in self._colors:
-            attribute = self.points.attributes.get(name)
+            attribute = self._points.attributes.get(name)
             self._colors[name] = colors_of(attribute) if attribute else None
         colors = self._colors[name]
         return None if colors is None else tuple(colors[place].tolist())
 
 
-def _of_object(thing: bpy.types.Object) -> _Level:
-    return _Level(thing.evaluated_geometry(), _OWN.get(thing.type, ""))
+class _Members:
+    """The objects of a collection, by number. They have no attributes of instances, but instances that they make do."""
+
+    beside = False
+
+    def __init__(self, objects: Mapping[int, bpy.types.Object]) -> None:
+        self._objects = objects
+        self.places = {number: number for number in objects}
+        self._below: dict[int, _Level | _Members | None] = {}
+
+    def below(self, place: int) -> "_Level | _Members | None":
+        """The object, if it has instances itself."""
+        if place not in self._below:
+            self._below[place] = _of_id(self._objects[place])
+        return self._below[place]
+
+    def color(self, name: str, place: int) -> None:
+        """None: there is no such thing."""
+
+
+def _of_geometry(geometry: Any, own: str = "") -> _Level | None:
+    return _Level(geometry, own) if geometry.instances_pointcloud() is not None else None
+
+
+def _of_id(thing: bpy.types.Object | bpy.types.Collection) -> _Level | _Members | None:
+    """Of an object, if it has instances, or of a collection that geometry nodes have instances of."""
+    if isinstance(thing, bpy.types.Collection):
+        # Those that render have two numbers each, for themselves and for what they make.
+        shown = {member.as_pointer() for member in _members(thing)}
+        objects = [member for member in thing.all_objects if member.as_pointer() in shown]
+        return _Members({n: objects[n // 2] for n in range(2 * len(objects))})
+    found = _of_geometry(thing.evaluated_geometry(), _OWN.get(thing.type, "")) if thing.type in _GEOMETRIES else None
+    if found is None and thing.instance_type == "COLLECTION" and thing.instance_collection:
+        return _Members(dict(enumerate(thing.instance_collection.all_objects)))
+    return found
+
+
+def _members(collection: bpy.types.Collection) -> Iterator[bpy.types.Object]:
+    """Those of its objects that render."""
+    if not collection.hide_render:
+        yield from (thing for thing in collection.objects if not thing.hide_render)
+        for child in collection.children:
+            yield from _members(child)
 
 
 class CustomAttributes:
@@ -64,7 +104,7 @@ class CustomAttributes:
 
     def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
         self._depsgraph = depsgraph
-        self._levels: dict[int, _Level] = {}  # of instancers
+        self._levels: dict[int, _Level | _Members | None] = {}  # of instancers
         self.losses: dict[Loss, None] = {}  # an ordered set
 
     def find(self, kind: str, name: str, instance: bpy.types.DepsgraphObjectInstance) -> Color4:
@@ -84,18 +124,16 @@ class CustomAttributes:
             yield from _of_thing(instance.parent, name)
         yield from _of_thing(instance.object, name)
 
-    def _places(self, instance: bpy.types.DepsgraphObjectInstance) -> Sequence[tuple[_Level, int]]:
+    def _places(self, instance: bpy.types.DepsgraphObjectInstance) -> Sequence[tuple[_Level | _Members, int]]:
         """The instances that an instance is made of, each in its level, from the outermost to the innermost."""
         key, found = instance.parent.as_pointer(), []
         if key not in self._levels:
-            self._levels[key] = _of_object(instance.parent)
+            self._levels[key] = _of_id(instance.parent)
         level, path = self._levels[key], [number for number in reversed(instance.persistent_id) if number != _UNUSED]
-        while level is not None and level.points is not None:
-            path = path[1:] if level.beside else path
-            place = level.places.get(path[0]) if path else None
+        while level is not None and (path := path[1:] if level.beside else path):
+            place = level.places.get(path[0])
             if place is None:
-                if path:
-                    self.losses[Loss(instance.parent.name, "instances", "some have the id of another: they lack its attributes")] = None
+                self.losses[Loss(instance.parent.name, "instances", "some have the id of another: they lack its attributes")] = None
                 break
             found.append((level, place))
             level, path = level.below(place), path[1:]

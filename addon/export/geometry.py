@@ -11,6 +11,8 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import without_area
 
+# What Blender and numpy raise where the data of an object are not what they should be.
+UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 _FAR = 1e18
 _BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
 
@@ -120,11 +122,7 @@ def _without_loose(mesh: Mesh) -> Mesh:
 
 
 def place(mesh: Mesh, matrix: np.ndarray) -> Triangles:
-    """A mesh in the world. `matrix`: (4, 4). Where it mirrors, the winding is turned, so that it still agrees with the normals.
-
-    InputError as in `check_transform`.
-    """
-    check_transform(matrix)
+    """A mesh in the world. `matrix`: (4, 4), see `check_transform`. Where it mirrors, the winding is turned, to agree with the normals."""
     cofactors, mirrored = _cofactors(matrix[:3, :3])
     vertices, normals = apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), unit(apply(cofactors, mesh.normals))
     flat = without_area(vertices, mesh.corners)
@@ -138,10 +136,9 @@ def place(mesh: Mesh, matrix: np.ndarray) -> Triangles:
 
 def check_transform(matrix: np.ndarray) -> None:
     """InputError where a matrix has numbers that are not finite, or too large to place anything by."""
-    if not np.isfinite(matrix).all():
-        raise InputError("its transform is not finite")
-    if np.abs(matrix).max() > _FAR:
-        raise InputError("its transform is out of range")
+    if np.abs(matrix).max() <= _FAR:
+        return
+    raise InputError(f"its transform is {'out of range' if np.isfinite(matrix).all() else 'not finite'}")
 
 
 def arranged(values: np.ndarray, kept: np.ndarray | None, mirrored: bool) -> np.ndarray:

@@ -71,7 +71,6 @@ class Instances:
         self.parts: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": []}
         self.object_info = ObjectInfo()
         self._notes: list[list[tuple[str, str]]] = []
-        self._vertices = 0
         self._mesh, self._seen, self._matrices = array("i"), array("B"), array("f")
 
     @property
@@ -81,10 +80,9 @@ class Instances:
 
     def add_mesh(self, part: Triangles, material: np.ndarray, notes: list[tuple[str, str]]) -> None:
         """The next mesh, in its own space, and what of its materials is lost."""
-        arrays = (part.vertices, part.corners + np.int32(self._vertices), part.normals, material)
+        arrays = (part.vertices, part.corners.copy(), part.normals, material)  # of corners a copy, as `finish` renumbers them
         for parts, values in zip(self.parts.values(), arrays, strict=True):
             parts.append(values)
-        self._vertices += len(part.vertices)
         self._notes.append(notes)
 
     def add(self, mesh: int, matrix: np.ndarray, seen: int) -> list[tuple[str, str]]:
@@ -94,14 +92,26 @@ class Instances:
         self._matrices.frombytes(matrix[:3].astype(np.float32).tobytes())
         return self._notes[mesh]
 
-    def arrays(self, names: Sequence[ObjectKey]) -> dict[str, np.ndarray]:
-        """What `SceneData` has of instances, those of one mesh and visibility together; triangles and vertices counted from the first."""
+    def finish(self, vertices: int) -> np.ndarray:
+        """Let go of meshes that have no instance, as none of theirs could be read; returns the numbers of those that stay, rising.
+
+        Their corners count all vertices from then on: so many are before them.
+        """
+        used = np.unique(np.array(self._mesh, np.int32))
+        self.parts = {name: [parts[mesh] for mesh in used] for name, parts in self.parts.items()}
+        for corners, points in zip(self.parts["triangles"], self.parts["vertices"], strict=True):
+            corners += np.int32(vertices)
+            vertices += len(points)
+        return used
+
+    def arrays(self, used: np.ndarray, names: Sequence[ObjectKey]) -> dict[str, np.ndarray]:
+        """What `SceneData` has of instances, those of one mesh and visibility together; triangles counted from the first."""
         mesh, seen = np.array(self._mesh, np.int32), np.array(self._seen, np.uint8)
         order = np.lexsort((seen, mesh))
         sizes = [len(corners) for corners in self.parts["triangles"]]
         return {
             "meshes": np.cumsum([0, *sizes], dtype=np.int32)[:-1],
-            "instances": mesh[order],
+            "instances": np.searchsorted(used, mesh[order]).astype(np.int32),
             "instance_to_world": np.array(self._matrices, np.float32).reshape(-1, 3, 4)[order],
             "visibility": seen[order],
             "object_attributes": self.object_info.table(names)[:, order],

@@ -1,6 +1,8 @@
 """What Cycles would blur: whatever moves while the shutter is open, from whatever source."""
 
+from array import array
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
 import bpy
@@ -8,7 +10,7 @@ import numpy as np
 
 from blender_rl_guiding.scene.description import Loss
 
-from .geometry import evaluated_mesh, read_array
+from .geometry import UNREADABLE, evaluated_mesh, read_array
 from .visibility import visibility
 
 FrameSet = Callable[[int, float], None]  # of a render engine: evaluates the depsgraph it renders at a frame and a share of the next
@@ -19,8 +21,7 @@ _DETAIL = "motion blur: it stands still at the frame's own time"
 class _State(NamedTuple):
     """Of an instance at one time."""
 
-    name: str
-    matrix: np.ndarray | None  # (4, 4), to world space; None where Cycles does not blur it
+    matrix: bytes  # to world space, float32; empty where Cycles does not blur it
     shape: tuple[int, int] | None  # number of vertices, and a digest of where they are; None likewise
 
 
@@ -33,12 +34,11 @@ def of_motion(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet) -> Iterator[L
     if not (scene.render.use_motion_blur and depsgraph.view_layer.use_motion_blur):
         return
     frame = scene.frame_current + scene.frame_subframe
-    now = _states(depsgraph)
+    now = {key: state for key, _, state in _states(depsgraph)}
     moved: dict[Loss, None] = {}
     for time in _shutter(scene.render, frame):
         frame_set(*_split(time))
-        then = _states(depsgraph)
-        moved.update((Loss(state.name, "", _DETAIL), None) for key, state in now.items() if key in then and _moves(state, then[key]))
+        moved.update((Loss(name, "", _DETAIL), None) for key, name, then in _states(depsgraph) if key in now and _moves(now[key], then))
     frame_set(*_split(frame))
     yield from moved
 
@@ -56,28 +56,34 @@ def _shutter(render: bpy.types.RenderSettings, frame: float) -> tuple[float, flo
 
 
 def _moves(a: _State, b: _State) -> bool:
-    if a.matrix is not None and b.matrix is not None and np.abs(a.matrix - b.matrix).max() > _STILL * max(np.abs(a.matrix).max(), 1.0):
-        return True
+    if a.matrix and b.matrix and a.matrix != b.matrix:
+        before, after = np.frombuffer(a.matrix, np.float32), np.frombuffer(b.matrix, np.float32)
+        if np.abs(before - after).max() > _STILL * max(np.abs(before).max(), 1.0):
+            return True
     # Where the number of vertices differs Cycles cannot tell which is which, and blurs nothing.
     return a.shape is not None and b.shape is not None and a.shape[0] == b.shape[0] and a.shape != b.shape
 
 
-def _states(depsgraph: bpy.types.Depsgraph) -> dict[tuple, _State]:
-    """Of the camera and of all instances of meshes that render, by what they are known by at other times, too."""
+def _states(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[bytes, str, _State]]:
+    """Of the camera and of all instances of meshes that render: what they are known by at other times, too, their name, and their state."""
     camera, shapes = depsgraph.scene.camera.evaluated_get(depsgraph), {}
-    states: dict[tuple, _State] = {(): _State(camera.name, _camera(camera), None)}
+    yield b"", camera.name, _State(_camera(camera), None)
     for instance in depsgraph.object_instances:
         thing = instance.object
         if instance.show_self and isinstance(thing.data, bpy.types.Mesh) and visibility(instance, depsgraph.view_layer):
-            key = thing.name, instance.parent.name if instance.is_instance else "", *instance.persistent_id
-            matrix = np.array(instance.matrix_world) if _blurs(instance, "use_motion_blur") else None
-            shape = _shape(thing, shapes) if _blurs(instance, "use_deform_motion") and matrix is not None else None
-            states[key] = _State(thing.name, matrix, shape)
-    return states
+            matrix = np.array(instance.matrix_world, np.float32).tobytes() if _blurs(instance, "use_motion_blur") else b""
+            shape = _shape(thing, shapes) if matrix and _blurs(instance, "use_deform_motion") else None
+            yield _key(instance), thing.name, _State(matrix, shape)
 
 
-def _camera(thing: bpy.types.Object) -> np.ndarray:
-    return np.append(np.array(thing.matrix_world), thing.data.lens)
+def _key(instance: bpy.types.DepsgraphObjectInstance) -> bytes:
+    """Tells instances apart, in little memory. Objects of different files may have one name."""
+    parent = instance.parent.name_full if instance.is_instance else ""
+    return "\0".join((instance.object.name_full, parent, "")).encode() + array("i", instance.persistent_id).tobytes()
+
+
+def _camera(thing: bpy.types.Object) -> bytes:
+    return np.append(np.array(thing.matrix_world), thing.data.lens).astype(np.float32).tobytes()
 
 
 def _blurs(instance: bpy.types.DepsgraphObjectInstance, switch: str) -> bool:
@@ -86,9 +92,11 @@ def _blurs(instance: bpy.types.DepsgraphObjectInstance, switch: str) -> bool:
     return all(getattr(owner.cycles, switch) for owner in owners if hasattr(owner, "cycles"))
 
 
-def _shape(thing: bpy.types.Object, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
+def _shape(thing: bpy.types.Object, known: dict[int, tuple[int, int] | None]) -> tuple[int, int] | None:
+    """None where a mesh cannot be read, which is listed by whoever reads it for the image."""
     key = thing.data.as_pointer()
     if key not in known:
-        with evaluated_mesh(thing) as mesh:
+        known[key] = None
+        with suppress(*UNREADABLE), evaluated_mesh(thing) as mesh:
             known[key] = len(mesh.vertices), hash(read_array(mesh.vertices, "co", (3,), np.float32).tobytes())
     return known[key]

@@ -8,6 +8,8 @@ from blender_rl_guiding.scene.data import TABLE_SIZE, Texture
 from blender_rl_guiding.scene.description import Shader
 from blender_rl_guiding.scene.ops import Alpha
 
+from .stop import Stop, never
+
 # How many of an instruction's options, from the first, are numbers of corner attributes, where they are not below zero.
 _CORNER_OPTIONS = {"attribute": 1, "tangent": 1, "tangent_space": 3}
 
@@ -33,9 +35,10 @@ class Resources:
     - x_axis, y_axis, z_axis: columns of the inverse transpose of the 3 x 3 of matrix_world, which normals are taken to world space by
     """
 
-    def __init__(self, frame: int = 1, texture_limit: int = 0) -> None:
+    def __init__(self, frame: int = 1, texture_limit: int = 0, stop: Stop = never) -> None:
         self.frame = frame  # of the scene
         self.texture_limit = texture_limit  # the most texels that a side of a texture may have; 0 is no limit
+        self.stop = stop  # asked by whatever takes long
         self.corner_attributes: list[tuple[str, str]] = []
         self.object_attributes: list[str | tuple[str, str, str]] = []
         self.textures: list[Texture] = []

@@ -1,6 +1,6 @@
 """Puts the bundle together from what the other files of this folder read."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,18 +17,15 @@ from .film import read_bounces, read_film
 from .instances import worth_instancing
 from .motion import FrameSet, of_motion
 from .resources import Resources
+from .stop import Stop, Stopped, never
 from .world import read_world, world_visibility
 
 
-class Stopped(Exception):  # noqa: N818  # it is no error
-    """The user has enough."""
-
-
-def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Callable[[], bool] = lambda: False) -> SceneData:
+def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop = never) -> SceneData:
     """The scene of a depsgraph in render mode. InputError names what makes it impossible to render.
 
     `frame_set` is that of the engine which renders the depsgraph.
-    `stop` is asked before each instance; Stopped where it says yes.
+    `stop` is asked before each instance, and while another Blender is waited for; Stopped where it says yes.
     """
     scene = depsgraph.scene
     name = Path(bpy.data.filepath).name or scene.name
@@ -43,9 +40,9 @@ def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Callable[[
     return data
 
 
-def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop: Callable[[], bool]) -> SceneData:
+def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop: Stop) -> SceneData:
     scene = depsgraph.scene
-    collector = Collector(depsgraph, read_camera(depsgraph, whole=True)[0], worth_instancing(_instances(depsgraph, stop)))
+    collector = Collector(depsgraph, read_camera(depsgraph, whole=True)[0], worth_instancing(_instances(depsgraph, stop)), stop)
     camera, camera_losses = read_camera(depsgraph)
     world, world_losses = _world(scene, collector.resources)
     for instance in _instances(depsgraph, stop):
@@ -74,7 +71,7 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop
     )
 
 
-def _instances(depsgraph: bpy.types.Depsgraph, stop: Callable[[], bool]) -> Iterator[bpy.types.DepsgraphObjectInstance]:
+def _instances(depsgraph: bpy.types.Depsgraph, stop: Stop) -> Iterator[bpy.types.DepsgraphObjectInstance]:
     for instance in depsgraph.object_instances:
         if stop():
             raise Stopped

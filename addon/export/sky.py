@@ -22,6 +22,7 @@ from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Color
 
 from . import by_cycles
+from .stop import Stop, never
 
 _SHAPES = {"picture": (256, 512, 3), "disc": (TABLE_SIZE, 3)}
 _KEPT = 64  # skies of 1.6 MB: an animated sun makes one a frame
@@ -48,8 +49,8 @@ class Sky(NamedTuple):
     size: float  # radians across the disc
 
 
-def read_sky(node: bpy.types.Node) -> Sky:
-    """The sky of a node. InputError says in one line why there is none."""
+def read_sky(node: bpy.types.Node, stop: Stop = never) -> Sky:
+    """The sky of a node. InputError says in one line why there is none. Stopped as in `by_cycles.render`."""
     values = _values(node)
     # An elevation beyond the zenith is one on the other side.
     elevation, beyond = math.asin(math.sin(node.sun_elevation)), math.cos(node.sun_elevation) < 0
@@ -57,7 +58,7 @@ def read_sky(node: bpy.types.Node) -> Sky:
     if node.sky_type in _BY_DIRECTION:
         rotation = 0.0
     values |= {"sun_elevation": elevation, "sun_rotation": 0.0, "sun_size": size, "sun_intensity": 1.0}
-    arrays = _kept(values)
+    arrays = _kept(values, stop)
     return Sky(arrays["picture"][::-1], arrays["disc"], rotation, elevation, size)
 
 
@@ -78,7 +79,7 @@ def usual_color(node: bpy.types.Node) -> Color:
 # --- the cache -------------------------------------------------------------------------------------------------------
 
 
-def _kept(values: dict[str, Any]) -> dict[str, np.ndarray]:
+def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
     """The pictures of a node's properties, made anew where they are not kept, or damaged."""
     made_by = bpy.app.version_string, str(bpy.app.build_hash), os.environ.get("OCIO"), by_cycles.SCRIPT.read_text(encoding="utf-8")
     key = hashlib.sha256(json.dumps([values, made_by], sort_keys=True).encode()).hexdigest()
@@ -87,7 +88,7 @@ def _kept(values: dict[str, Any]) -> dict[str, np.ndarray]:
         return by_cycles.read(path, **_SHAPES)
     with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
         made = Path(folder, path.name)
-        arrays = by_cycles.render({"sky": values}, made, **_SHAPES)
+        arrays = by_cycles.render({"sky": values}, made, stop, **_SHAPES)
         with contextlib.suppress(InputError), atomic(path) as part:  # without a cache it takes longer, no more
             shutil.copyfile(made, part)
     _let_go(path.parent)

@@ -41,22 +41,29 @@ class _WorldNetwork(Network):
             return None
         self.notes = notes
         at.note(f"{at.node.bl_label} is not supported: a picture of it stands in", output)
-        texture = self.resources.texture((at.node.as_pointer(), output), lambda: picture)
+        texture = self.resources.texture((at.node.as_pointer(), output, *(group.as_pointer() for group in at.path)), lambda: picture)
         return self.add("environment", self.add("position"), options=(texture, Projection.EQUIRECTANGULAR, Interpolation.LINEAR))
 
 
 def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Texture:
     """What comes out of a node, all around. InputError where Blender does not tell."""
     with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
-        blend = Path(folder, "world.blend")
-        try:
-            bpy.data.libraries.write(str(blend), {world.original}, path_remap="ABSOLUTE")
-        except (RuntimeError, OSError) as error:
-            raise InputError(" ".join(str(error).split())) from error
+        blend = _file_with(world.original, Path(folder, "world.blend"))
         groups = [group.name for group in at.path]
         job = {"blend": str(blend), "world": world.name, "groups": groups, "node": at.node.name, "output": output, "frame": frame}
-        colors = by_cycles.render(job, blend.with_suffix(".npz"), picture=_PICTURE)["picture"][::-1]
+        colors = by_cycles.render(job, Path(folder, "picture.npz"), at.network.resources.stop, picture=_PICTURE)["picture"][::-1]
     return Texture(at.node.name, False, by_cycles.opaque(colors))
+
+
+def _file_with(world: bpy.types.World, path: Path) -> Path:
+    """A file that has a world: its library where it is linked, as only the link would be written, or else a new one. InputError."""
+    if world.library:
+        return Path(bpy.path.abspath(world.library.filepath))
+    try:
+        bpy.data.libraries.write(str(path), {world}, path_remap="ABSOLUTE")
+    except (RuntimeError, OSError) as error:
+        raise InputError(" ".join(str(error).split())) from error
+    return path
 
 
 def read_world(world: bpy.types.World | None, resources: Resources, frame: float = 1.0) -> tuple[Shader, list[Loss]]:

@@ -12,14 +12,18 @@ import OpenEXR
 import pytest
 
 from addon import engine, environment, worker_client
+from addon.capture import captured
 from addon.engine import PASSES, status_line
+from addon.export import by_cycles
 from addon.export.scene import export
 from addon.properties import write
+from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.render import render
 from blender_rl_guiding.render.denoise import denoised
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Loss
 from blender_rl_guiding.settings import QTable, Render
+from tests.addon.trees import node
 
 from .conftest import Export
 
@@ -158,6 +162,21 @@ def test_a_scene_that_cannot_be_rendered_says_so_in_the_list(lit: bpy.types.Scen
     assert "the camera has to_world" in bpy.context.window_manager.rl_guiding_coverage.fault
 
 
+def test_a_fault_of_the_add_on_is_a_line_and_no_black_picture(
+    lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+):
+    def export(*_: object) -> None:
+        raise TypeError("no such\nthing")
+
+    monkeypatch.setattr(engine, "export", export)
+    lit.render.engine = "RL_GUIDED"
+    with pytest.raises(RuntimeError, match="RL Guided failed: TypeError: no such thing"):
+        bpy.ops.render.render()
+    with pytest.raises(InputError, match="RL Guided Capture failed: TypeError: no such thing"):
+        captured(lit)
+    assert capfd.readouterr().err.count("Traceback") == 2  # for whoever mends it
+
+
 def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path / "unplugged"))
     with pytest.raises(RuntimeError, match=r"No such file or directory.*unplugged"):
@@ -195,6 +214,21 @@ def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, monke
     lit.render.engine = "RL_GUIDED"
     bpy.ops.render.render()
     assert jobs == ["prepare"]
+
+
+def test_esc_is_heard_while_another_blender_is_waited_for(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch):
+    """Whoever waits is given the means; what it does then, the tests of skies show."""
+    waited = []
+
+    def stop() -> bool:
+        return bool(waited)
+
+    monkeypatch.setattr(by_cycles, "_run", lambda _arguments, given: waited.append(given))
+    monkeypatch.setattr(engine, "export", lambda depsgraph, frame_set, _: export(depsgraph, frame_set, stop))
+    node(lit.world.node_tree, "ShaderNodeVectorRotate", into=lit.world.node_tree.nodes["Background"].inputs["Color"])
+    lit.render.engine = "RL_GUIDED"
+    bpy.ops.render.render()
+    assert waited == [stop]
 
 
 def test_the_status_line_tells_samples_learning_and_time():

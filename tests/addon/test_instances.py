@@ -7,11 +7,12 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.export import instances
+from addon.export import attributes, instances
 from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import CAMERA, GLOSSY, VISIBLE
 from blender_rl_guiding.settings import Render
+from tests.addon.trees import lines, node
 from tests.instancing import flattened
 
 Export = Callable[[], SceneData]
@@ -243,3 +244,44 @@ def test_a_scene_of_nothing_but_instances(both: Callable, thing: bpy.types.Objec
     assert not len(kept.object)
     np.testing.assert_allclose(flattened(kept).bounds, copied.bounds, atol=1e-5)
     assert np.isfinite(render(kept, Render(spp=1)).image).all()
+
+
+def test_meshes_none_of_whose_instances_can_be_read_are_left_out(both: Callable, thing: bpy.types.Object):
+    """One before and one after a mesh that nothing is wrong with, which stays as it is."""
+    tree, left_out = thing.data.materials[0].node_tree, []
+    attribute = node(tree, "ShaderNodeAttribute", into=tree.nodes["Principled BSDF"].inputs["Metallic"], output="Fac")
+    attribute.attribute_type, attribute.attribute_name = "OBJECT", "tint"
+    for value in (np.inf, 0.5, np.inf):
+        mesh = thing.data.copy()
+        mesh.uv_layers[0].uv[7].vector.x = min(value, 9)
+        for _ in range(3):
+            one = link(thing.copy(), data=mesh)
+            one["tint"] = value
+            left_out += [one.name] if value == np.inf else []
+    bpy.data.objects.remove(thing)
+    kept, copied = both()
+    assert sorted(loss.object for loss in kept.coverage) == left_out
+    assert kept.coverage == copied.coverage
+    assert (len(kept.meshes), len(kept.instances)) == (1, 3)
+    for ours, theirs in zip(of(flattened(kept), 2), of(copied, 2), strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-5)
+
+
+def test_a_mesh_that_fails_while_it_is_kept_is_left_out(run: Export, thing: bpy.types.Object, monkeypatch: pytest.MonkeyPatch):
+    def fails(*_: object) -> None:
+        raise TypeError("no map")
+
+    duplicates(thing)
+    monkeypatch.setattr(instances, "COPIES", 0)
+    monkeypatch.setitem(attributes._READERS, "UV", fails)
+    exported = run()
+    assert [line.partition(":")[2] for line in lines(exported)[:-1]] == [" left out, as it cannot be read: TypeError: no map"] * 4
+    assert (len(exported.meshes), len(exported.vertices)) == (0, 0)
+
+
+def test_an_instance_that_cannot_be_placed_is_left_out(both: Callable, thing: bpy.types.Object):
+    duplicates(thing)
+    thing.location.x = 1e20
+    kept, copied = both()
+    assert lines(kept) == lines(copied) == ["Ball, : left out, as it cannot be read: its transform is out of range"]
+    assert len(kept.instances) == 3

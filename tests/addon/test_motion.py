@@ -1,11 +1,14 @@
 """What moves while the shutter is open is listed, from whatever source; what does not, is not."""
 
+import tracemalloc
 from collections.abc import Callable
+from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
 
+from addon.export import motion
 from blender_rl_guiding.scene.data import SceneData
 from tests.addon.trees import lines
 
@@ -129,3 +132,43 @@ def test_the_shutter(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object
     cube.driver_add("location", 0).driver.expression = "max(frame, 5)"
     assert lines(run()) == [f"Cube, : {BLURRED}"] * moves
     assert np.isfinite(run().vertices).all()
+
+
+def test_things_of_one_name(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object, tmp_path: Path):
+    """A moving cube and a plane in a library, a cube that stands still and a moving plane here."""
+    drive(cube, "location", 0)
+    library = tmp_path / "library.blend"
+    bpy.data.libraries.write(str(library), {cube, bpy.data.objects["Plane"]})
+    cube.driver_remove("location", 0)
+    drive(bpy.data.objects["Plane"], "location", 0)
+    with bpy.data.libraries.load(str(library), link=True) as (_, wanted):
+        wanted.objects = ["Cube", "Plane"]
+    for thing in wanted.objects:
+        scene.collection.objects.link(thing)
+    assert sorted(lines(run())) == [f"Cube, : {BLURRED}", f"Plane, : {BLURRED}"]
+
+
+def test_a_mesh_that_cannot_be_read(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object, monkeypatch: pytest.MonkeyPatch):
+    """It is still known where it is."""
+
+    def fails(*_: object) -> None:
+        raise RuntimeError("no data")
+
+    drive(cube, "location", 0)
+    monkeypatch.setattr(motion, "read_array", fails)
+    assert lines(run()) == [f"Cube, : {BLURRED}"]
+
+
+def test_many_instances_take_little_memory(scene: bpy.types.Scene, cube: bpy.types.Object):
+    parts = bpy.data.collections.new("Parts")
+    parts.objects.link(cube)
+    for _ in range(200):
+        empty = bpy.data.objects.new("Empty", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", parts
+        scene.collection.objects.link(empty)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    tracemalloc.start()
+    assert not [*motion.of_motion(depsgraph, lambda *_: None)]
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 200 * 500 + 20_000

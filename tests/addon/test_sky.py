@@ -2,6 +2,7 @@
 
 import math
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 from addon.export import by_cycles, sky
 from addon.export.resources import Resources
+from addon.export.stop import Stop, Stopped
 from addon.export.world import read_world
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Loss, Shader
@@ -27,7 +29,7 @@ class Cycles:
         self.jobs: list[dict] = []
         self.disc = DISC
 
-    def render(self, job: dict, path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
+    def render(self, job: dict, path: Path, _stop: Stop, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
         self.jobs.append(job["sky"])
         np.savez(path, picture=PICTURE, disc=self.disc)
         return by_cycles.read(path, **shapes)
@@ -180,12 +182,21 @@ def test_faults_of_blender_are_a_line(fault: str, tmp_path: Path, monkeypatch: p
 
 
 def test_a_blender_that_is_not_there_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    def run(*_: object, **__: object) -> None:
+    def start(*_: object, **__: object) -> None:
         raise FileNotFoundError(2, "No such file or directory")
 
-    monkeypatch.setattr(subprocess, "run", run)
+    monkeypatch.setattr(subprocess, "Popen", start)
     with pytest.raises(InputError, match=r"^cannot start .*: No such file or directory$"):
         by_cycles.render({}, tmp_path / "out.npz")
+
+
+def test_blender_is_ended_where_the_user_does_not_wait(world: bpy.types.World, monkeypatch: pytest.MonkeyPatch):
+    children, looks, start = [], iter([False, True]), subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda *a, **k: children.append(start(*a, **k)) or children[-1])
+    monkeypatch.setattr(by_cycles, "command", lambda _: [sys.executable, "-c", "import time; time.sleep(60)"])
+    with pytest.raises(Stopped):
+        read_world(world, Resources(stop=lambda: next(looks)))
+    assert [child.returncode for child in children] == [-9]
 
 
 def test_the_usual_color_is_that_of_a_new_node(world: bpy.types.World, monkeypatch: pytest.MonkeyPatch):

@@ -1,11 +1,13 @@
 """The world comes out as the emission that Cycles makes of it, and what cannot be told is reported by name."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
 
+from addon import cycles_pictures
 from addon.export import by_cycles
 from addon.export.resources import Resources
 from addon.export.world import read_world, world_visibility
@@ -104,6 +106,52 @@ def test_a_picture_stands_in_for_another_node(world: bpy.types.World, rotated: b
     latitude = np.pi * (0.5 - (np.arange(rows)[:, None] + 0.5) / rows)
     x, y, z = np.broadcast_arrays(np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude))
     np.testing.assert_allclose(texture.texels[..., :3], np.stack([x, y, z], axis=-1), atol=2e-4)  # a tenth of a pixel
+
+
+@pytest.fixture
+def jobs(monkeypatch: pytest.MonkeyPatch) -> list[dict]:
+    """What Blender is asked for; every picture is full of how often that was."""
+    jobs: list[dict] = []
+
+    def render(job: dict, *_: object, picture: tuple[int, ...], **__: object) -> dict[str, np.ndarray]:
+        jobs.append(job)
+        return {"picture": np.full(picture, len(jobs), np.float32)}
+
+    monkeypatch.setattr(by_cycles, "render", render)
+    return jobs
+
+
+def test_a_group_that_is_used_twice_has_two_pictures(world: bpy.types.World, rotated: bpy.types.Node, jobs: list[dict]):
+    tree = world.node_tree
+    first = tree.nodes["Group"]
+    second = node(tree, "ShaderNodeGroup")
+    second.node_tree = first.node_tree
+    node(tree, "ShaderNodeMixRGB", into=background(world).inputs["Color"], Color1=first.outputs[0], Color2=second.outputs[0])
+    resources = Resources()
+    read(world, resources)
+    assert [job["groups"] for job in jobs] == [[first.name], [second.name]]
+    assert [texture.texels[0, 0, 0] for texture in resources.textures] == [1, 2]
+
+
+def test_a_linked_world_is_looked_for_in_its_library(world: bpy.types.World, rotated: bpy.types.Node, jobs: list[dict], tmp_path: Path):
+    library = tmp_path / "library.blend"
+    bpy.data.libraries.write(str(library), {world})
+    with bpy.data.libraries.load(str(library), link=True) as (_, wanted):
+        wanted.worlds = ["World"]
+    read(wanted.worlds[0])
+    assert jobs[0]["blend"] == str(library)
+
+
+def test_what_a_picture_is_made_of(scene: bpy.types.Scene, rotated: bpy.types.Node, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The named world, at a frame that may be negative."""
+    library = tmp_path / "library.blend"
+    bpy.data.libraries.write(str(library), {scene.world})
+    monkeypatch.setattr(cycles_pictures, "panorama", lambda: scene)
+    monkeypatch.setattr(cycles_pictures, "look_around", lambda scene, *_: scene.frame_current_final)
+    job = {"blend": str(library), "world": "World", "groups": ["Group"], "node": rotated.name, "output": "Vector", "frame": -1.25}
+    assert cycles_pictures.node(job)["picture"] == -1.25
+    with pytest.warns(UserWarning, match="Other"), pytest.raises(RuntimeError, match="no world 'Other' in"):
+        cycles_pictures.node(job | {"world": "Other"})
 
 
 def test_without_a_picture_both_are_reported(world: bpy.types.World, rotated: bpy.types.Node, monkeypatch: pytest.MonkeyPatch):

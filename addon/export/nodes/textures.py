@@ -61,7 +61,7 @@ def _environment(at: At, _output: str) -> Value:
 
 def _sky(at: At, _output: str) -> Value:
     try:
-        sky = read_sky(at.node)
+        sky = read_sky(at.node, at.network.resources.stop)
     except InputError as error:
         at.note(f"there is no picture of it, {error}: the usual colour of its model stands in")
         return usual_color(at.node)
