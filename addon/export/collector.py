@@ -7,8 +7,9 @@ import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import ARRAYS, fault_of_lamp, fault_of_shader
+from blender_rl_guiding.scene.data import ARRAYS
 from blender_rl_guiding.scene.description import SHADOW, Camera, Lamp, Loss, Shader, emits
+from blender_rl_guiding.scene.faults import fault_of_lamp, fault_of_shader
 
 from . import coverage
 from .attributes import Attributes, Placed, depends_on_place

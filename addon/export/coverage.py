@@ -5,8 +5,7 @@ from typing import Any
 
 import bpy
 
-from blender_rl_guiding.scene.data import emits
-from blender_rl_guiding.scene.description import CAMERA, Closure, Loss, Shader
+from blender_rl_guiding.scene.description import CAMERA, Closure, Loss, Shader, emits
 
 from .visibility import source, visibility
 

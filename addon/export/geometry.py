@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import without_area
+from blender_rl_guiding.scene.faults import without_area
 
 # What Blender and numpy raise where the data of an object are not what they should be.
 UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)

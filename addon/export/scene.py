@@ -7,8 +7,9 @@ from pathlib import Path
 import bpy
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.data import SceneData, fault_of_shader, find_fault, find_nothing
+from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import SHADOW, Loss, Shader
+from blender_rl_guiding.scene.faults import fault_of_shader, find_fault, find_nothing
 
 from . import coverage
 from .camera import read_camera

@@ -8,8 +8,8 @@ from ..bsdf.surface import emission
 from ..kernels import kernel, part
 from ..references import ref
 from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
-from ..scene.data import SceneData, emits
-from ..scene.description import CLOSURES, Shader
+from ..scene.data import SceneData
+from ..scene.description import CLOSURES, Shader, emits
 from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point

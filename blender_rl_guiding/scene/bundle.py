@@ -12,8 +12,9 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..errors import InputError, atomic
-from .data import ARRAYS, SceneData, Texture, find_fault
+from .data import ARRAYS, SceneData, Texture
 from .description import Bounces, Camera, Film, Lamp, Loss, Node, Shader, Value
+from .faults import find_fault
 
 VERSION = 3
 # What numpy, zipfile and json raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.

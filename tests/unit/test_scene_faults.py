@@ -11,8 +11,9 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import VERSION, load, save
-from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture, emits, find_fault, find_nothing, without_area
-from blender_rl_guiding.scene.description import DIFFUSE, IDENTITY, VISIBLE, Closure, Film, Instruction, Lamp, Node, Shader
+from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture
+from blender_rl_guiding.scene.description import DIFFUSE, IDENTITY, VISIBLE, Closure, Film, Instruction, Lamp, Node, Shader, emits
+from blender_rl_guiding.scene.faults import find_fault, find_nothing, without_area
 from tests import scenes
 from tests.bundles import changed, lamp, rewrite, shader, whole
 
