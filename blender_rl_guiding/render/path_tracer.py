@@ -14,7 +14,7 @@ from ..guiding import directions as guide
 from ..kernels import kernel, part
 from ..lights.emitters import sample_light
 from ..references import ref
-from ..sampling import F, add, dot, luminance, multiply, scale, store, stream, tangents, to_local, to_world, uniform2, vector
+from ..sampling import F, add, dot, finer, luminance, multiply, scale, store, stream, tangents, to_local, to_world, uniform2, vector
 from ..scene.camera import camera_ray
 from ..scene.geometry import FAR, U, V, closest, facing, hit_point, object_hit, off_surface
 from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, TRANSLUCENT, TRANSMISSION
@@ -81,8 +81,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
     L, beta, pdf, kind = ZERO, ONE, F(0), np.int64(CAMERA)
     start, start_normal, segment_ray, travelled = origin, ZERO, ray, F(0)  # where the path scattered last, and how far it is from there
     through, reward, segment, learnt = F(1), F(0), False, 0  # of the segment to be learnt: what passes along it, what it has met so far
-    none = np.int64(0)
-    scattered, diffuse, glossy, transmission, transparent = none, none, none, none, none
+    scattered = diffuse = glossy = transmission = transparent = np.int64(0)
     seen = False  # whether the camera's first surface has been met
 
     for vertex in range(MOST_VERTICES):
@@ -91,9 +90,8 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
         distance = rays.floats[FAR] if triangle >= 0 else F(np.inf)
         hit_u, hit_v = rays.floats[U], rays.floats[V]
         counts[0] += 1
-        recorded = (
-            share > F(0) and segment and scattered < learnable and learnt < MOST_LEARNT and uniform2(key, dimension + PATH)[0] < share
-        )
+        learns = share > F(0) and segment and scattered < learnable and learnt < MOST_LEARNT
+        recorded = learns and uniform2(key, dimension + PATH)[0] < share
         counts[1] += segment
         learnt += recorded
 
@@ -177,18 +175,16 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             beta = scale(beta, F(1) / survival)
 
         # --- next-event estimation -------------------------------------------------------------------------------------------
-        guided = F(0)
-        cell = guide.UNKNOWN
+        guided, cell = F(0), guide.UNKNOWN
         if directions.bsdf_fraction < F(1):
             cell = guide.find_cell(directions.cells, x, n)
             if cell != guide.UNKNOWN:
                 guided = (F(1) - directions.bsdf_fraction) * bsdf.guidable(lobes, lobes_count)
         if seek and scatters:
             u, v = uniform2(key, dimension + LIGHT)
-            choice, finer = uniform2(key, dimension + EMITTER)
+            choice = finer(*uniform2(key, dimension + EMITTER))
             # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
             above = off_surface(x, ng, error)
-            choice = np.float64(choice) + np.float64(finer) * 2.0**-24  # enough bits to find one of a million rightly
             wi, far_light, arriving, pdf_light, emitter = sample_light(
                 stage.lights, stage.shading, stage.surface, registers, above, scattered + 1, choice, u, v
             )
