@@ -13,7 +13,8 @@ usage() {
 ./build.sh setup     make .venv: uv, Python 3.13, locked dependencies (the others do this by themselves), and let Blender
                      know where it is; `setup torch numba` installs these anew, should they be broken
 ./build.sh demo      open scenes/c1.blend, render it by three methods, compare them in out/demo/report.html
-./build.sh test      run the tests, three at a time, as some wait for a window; further arguments go to pytest, e.g. -k metrics, or -n 0 for one at a time
+./build.sh test      run the tests, three at a time, as some wait for a window; further arguments go to pytest, e.g.
+                     -k metrics, or -n 0 for one at a time
 ./build.sh check     formatter, linter, type checker, import contracts
 ./build.sh bench     speed against Mitsuba and Cycles, in out/bench/latest.json; `bench size`: memory, time and noise
                      against triangles, emitters and pixels, in out/bench/size.json; `bench window`: how long F12 keeps
