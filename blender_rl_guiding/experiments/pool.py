@@ -6,6 +6,7 @@ import os
 import signal
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Self
@@ -59,6 +60,7 @@ class _Worker:
         self.process = context.Process(target=_serve, args=(theirs, machine), daemon=True)
         self.task: Task | None = None
         # A child inherits what is blocked: Ctrl-C reaches every process of a terminal, but who ends when is the parent's to decide.
+        resource_tracker.ensure_running()  # the first start would do it, and unblock the signal before the child is there
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self.process.start()
