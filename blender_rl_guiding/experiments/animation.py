@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator, Sequence
 from datetime import timedelta
+from itertools import zip_longest
 from pathlib import Path
 
 from ..render import Result, render, warm_up
@@ -72,7 +73,7 @@ def _exported(exporter: Frames, numbers: Sequence[int]) -> Iterator[tuple[int, S
     """Each frame, while the one after it is being exported."""
     for number in numbers[:1]:
         exporter.ask(number)
-    for number, following in zip(numbers, [*numbers[1:], None], strict=True):
+    for number, following in zip_longest(numbers, numbers[1:]):
         scene = exporter.take()
         if following is not None:
             exporter.ask(following)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.images import read_exr
+from tests.patience import PATIENCE
 from tests.system.small import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -77,7 +78,7 @@ def test_a_killed_animation_goes_on(rlg, blend, tmp_path):
 
     cut = tmp_path / "cut"
     killed = subprocess.run(
-        [sys.executable, "-c", KILLED, *map(str, command), "--out", str(cut)], cwd=ROOT, capture_output=True, timeout=200
+        [sys.executable, "-c", KILLED, *map(str, command), "--out", str(cut)], cwd=ROOT, capture_output=True, timeout=PATIENCE
     )
     assert killed.returncode == -9, killed.stderr
     assert "result-0010.json" in written(cut)
@@ -90,6 +91,12 @@ def test_a_killed_animation_goes_on(rlg, blend, tmp_path):
     kept = [name for name in before if "-0010." in name]
     assert len(kept) == len(ENDS)
     assert {name: written(cut)[name] for name in kept} == {name: before[name] for name in kept}
+
+    everything = written(cut)
+    nothing = rlg(*command, "--out", cut)
+    assert (nothing.returncode, nothing.stderr.splitlines()) == (0, ["3 of 3 frames are done"])
+    assert nothing.stdout.splitlines() == [str(cut / name) for name in whole]
+    assert written(cut) == everything
 
     changed = rlg(*command[:2], "--frames", "10..10", "--spp", 1, "--out", cut)
     assert changed.stderr.splitlines()[0].startswith("1 frame(s) were made with other settings or of another state of the file")
