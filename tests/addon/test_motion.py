@@ -1,4 +1,4 @@
-"""What moves while the shutter is open is listed, from whatever source; what does not, is not."""
+"""Motion while the shutter is open is listed, from any source; still objects are not."""
 
 import tracemalloc
 from collections.abc import Callable

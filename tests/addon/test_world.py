@@ -110,7 +110,7 @@ def test_a_picture_stands_in_for_another_node(world: bpy.types.World, rotated: b
 
 @pytest.fixture
 def jobs(monkeypatch: pytest.MonkeyPatch) -> list[dict]:
-    """What Blender is asked for; every picture is full of how often that was."""
+    """The jobs given to the second Blender, in their order; the k-th picture has the value k everywhere."""
     jobs: list[dict] = []
 
     def render(job: dict, *_: object, picture: tuple[int, ...], **__: object) -> dict[str, np.ndarray]:

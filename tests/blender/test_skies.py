@@ -9,15 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.lights.suns import without_suns
-from blender_rl_guiding.lights.world import WorldMap, radiance, sample_world, world_map, world_pdf
-from blender_rl_guiding.sampling import store
+from blender_rl_guiding.lights.world import WorldMap, radiance, world_map
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.shading.program import compile_shaders
 from tests.blender import blenders
 from tests.significance import assert_means, detectable
+from tests.world_draws import draw
 
 pytestmark = [pytest.mark.slow, pytest.mark.blender]
 
@@ -71,16 +70,8 @@ def _looks_the_same(view: np.ndarray, _lit: np.ndarray, scene: SceneData) -> Non
     latitude = np.pi * (0.5 - (np.arange(rows)[:, None] + 0.5) / rows)
     x, y, z = np.broadcast_arrays(np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude))
     ours = radiance(compile_shaders(scene), np.stack([x, y, z], axis=-1).reshape(-1, 3)).reshape(view.shape)
-    # What Cycles cuts off at 0, and the ground's fading to black, is within a texel here.
+    # Two differences are below a texel here: Cycles clips at 0, and its ground fades to black.
     np.testing.assert_allclose(ours, view, rtol=3e-3, atol=3e-3 * view.mean())
-
-
-@kernel
-def draw(table, u, wi, pdf):
-    for i in range(len(u)):
-        w = sample_world(table, u[i, 0], u[i, 1], u[i, 2])
-        store(wi, i, w)
-        pdf[i] = world_pdf(table, w)
 
 
 def test_a_floor_reflects_as_much(oracle: Path):

@@ -20,7 +20,7 @@ pytestmark = [needs_executable, pytest.mark.blender]
 
 
 def seen_by(script: str, folder: Path, *blend: Path) -> tuple[dict[str, Any], str]:
-    """What a script has found that leads a Blender through a file, or else the start-up file, and what that Blender printed."""
+    """Run a script in a Blender with a window, on a file or the start-up file; returns its findings and all printed lines."""
     SCREENS.mkdir(parents=True, exist_ok=True)
     for name in ("user", "scene"):
         (folder / name).mkdir()

@@ -8,13 +8,14 @@ import pytest
 
 from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.lights.suns import around, without_suns
-from blender_rl_guiding.lights.world import radiance, sample_world, world_map, world_pdf
-from blender_rl_guiding.sampling import store, vector
+from blender_rl_guiding.lights.world import radiance, world_map, world_pdf
+from blender_rl_guiding.sampling import vector
 from blender_rl_guiding.scene.data import TABLE_SIZE, SceneData
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader, Value
 from blender_rl_guiding.shading.program import compile_shaders
 from tests import scenes
 from tests.significance import assert_distributed, assert_means, assert_uniform
+from tests.world_draws import draw
 
 N = 400_000
 ELEVATION = 0.6
@@ -23,14 +24,6 @@ SIZES = 0.3, 0.1  # radians across two suns, of these intensities
 INTENSITIES = 60.0, 200.0
 TURNS = (0.0, 0.0, 0.0), (0.3, -0.4, 2.5)
 LIMB_MEAN = 0.8  # of a disc that is 0.6 darker at its edge
-
-
-@kernel
-def draw(table, u, wi, pdf):
-    for i in range(len(u)):
-        w = sample_world(table, u[i, 0], u[i, 1], u[i, 2])
-        store(wi, i, w)
-        pdf[i] = world_pdf(table, w)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""What settings mean that are not spelled out: names of methods, a render without flags, and runs from before there was a sampler."""
+"""Defaults of settings: of a method's name, of a render without flags, and of a run older than the sampler."""
 
 import json
 from pathlib import Path

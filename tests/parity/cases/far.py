@@ -1,4 +1,4 @@
-"""What the rounding of positions would spoil: scenes far from the origin, walls of a hair's width, and things that almost touch."""
+"""Rounding of positions: scenes far from the origin, walls of a hair's width, things that almost touch."""
 
 from __future__ import annotations
 

@@ -1,0 +1,14 @@
+"""Draws from a world's map and suns, with the density of each: a kernel for tests, as parts cannot be called from Python."""
+
+from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.lights.world import sample_world, world_pdf
+from blender_rl_guiding.sampling import store
+
+
+@kernel
+def draw(table, u, wi, pdf):
+    """Write a direction and its pdf per solid angle for each row of u, (n, 3) uniform."""
+    for i in range(len(u)):
+        w = sample_world(table, u[i, 0], u[i, 1], u[i, 2])
+        store(wi, i, w)
+        pdf[i] = world_pdf(table, w)
