@@ -163,15 +163,9 @@ def row(name: str, ours: Child, peer: Child) -> dict[str, Any]:
 def speed() -> int:
     """Measure, write out/bench/latest.json, print the table."""
     console = Console()
-    try:
-        rows = [row for contest in (CORNELL, *published()) for row in measure(console, contest)]
-        with atomic(OUT) as part:
-            part.write_text(json.dumps(rows, indent=2) + "\n")
-    except InputError as error:
-        print(f"bench: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        return 130
+    rows = [row for contest in (CORNELL, *published()) for row in measure(console, contest)]
+    with atomic(OUT) as part:
+        part.write_text(json.dumps(rows, indent=2) + "\n")
     table = Table("scene", "peer", "ours", "peer's", "ratio", title="Million paths a second")
     for line in rows:
         table.add_row(
@@ -190,7 +184,13 @@ def main(arguments: list[str]) -> int:
     if tuple(arguments) not in benchmarks:
         print(f"bench: there is no benchmark {' '.join(arguments)!r}, only size, window, and speed without an argument", file=sys.stderr)
         return 2
-    return benchmarks[tuple(arguments)]()
+    try:
+        return benchmarks[tuple(arguments)]()
+    except InputError as error:
+        print(f"bench: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
 
 
 if __name__ == "__main__":
