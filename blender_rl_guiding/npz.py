@@ -1,0 +1,97 @@
+"""Arrays in .npz files that anyone may have made: sizes are checked before memory is taken, and no objects are unpickled.
+
+Needs nothing but numpy, because the add-on reads such files inside Blender's own Python (3.11 or newer).
+"""
+
+import math
+import tokenize
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy
+
+from .errors import InputError
+from .memory import available, in_words
+
+# What zipfile, numpy and zlib raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
+_DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
+_DAMAGE += (LookupError, RuntimeError, TypeError, ValueError, AssertionError)
+
+
+class Archive:
+    """An open file. Whatever is wrong with it is a ValueError, or another of what `opened` makes an InputError of."""
+
+    def __init__(self, file: zipfile.ZipFile) -> None:
+        self._file = file
+        self._members = {info.filename: info for info in file.infolist()}
+
+    @property
+    def bytes(self) -> int:
+        """What all arrays take in memory, as the file claims. `array` proves it before it takes any."""
+        return sum(info.file_size for info in self._members.values())
+
+    def text(self, name: str) -> str:
+        """An array of one string."""
+        array = self._read(name, lambda dtype, shape: dtype.kind == "U" and shape == ())
+        return str(array)
+
+    def array(self, name: str, dtypes: Sequence[Any], shape: Sequence[int | None]) -> np.ndarray:
+        """An array of one of the types and of a shape in which None is any length."""
+
+        def fits(dtype: np.dtype[Any], found: tuple[int, ...]) -> bool:
+            return (
+                dtype in map(np.dtype, dtypes)
+                and len(found) == len(shape)
+                and all(s in (None, f) for s, f in zip(shape, found, strict=True))
+            )
+
+        return self._read(name, fits)
+
+    def _read(self, name: str, fits: Any) -> np.ndarray:
+        if f"{name}.npy" not in self._members:
+            raise ValueError(f"there is no {name}")
+        info = self._members[f"{name}.npy"]
+        with self._file.open(info) as stream:
+            version = npy.read_magic(stream)
+            readers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+            shape, transposed, dtype = readers[version](stream)
+            if dtype.hasobject:
+                raise ValueError(f"{name} holds objects, which allow_pickle would unpickle")
+            if any(length < 0 for length in shape) or not fits(dtype, shape):
+                raise ValueError(f"{name} is {dtype}{shape}")
+            if stream.tell() + dtype.itemsize * math.prod(shape) != info.file_size:
+                raise ValueError(f"{name} claims to be {dtype}{shape}, but has {info.file_size} bytes")
+            array = np.empty(shape[::-1] if transposed else shape, dtype)
+            _fill(array, stream, name)
+        return array.T if transposed else array
+
+
+def _fill(array: np.ndarray, stream: Any, name: str) -> None:
+    rest = memoryview(array.reshape(-1).view(np.uint8))
+    while len(rest):
+        count = stream.readinto(rest[: 1 << 24])
+        if not count:
+            raise ValueError(f"{name} ends early")
+        rest = rest[count:]
+    if stream.read(1):  # at the end the checksum is compared
+        raise ValueError(f"{name} goes on after its end")
+
+
+@contextmanager
+def opened(path: Path, what: str) -> Iterator[Archive]:
+    """The file, if it fits into memory. InputError where it does not, cannot be read, or the block finds it damaged: no `what`."""
+    try:
+        with zipfile.ZipFile(path) as file:
+            archive = Archive(file)
+            if archive.bytes > (free := available()):
+                raise InputError(f"{path} takes {in_words(archive.bytes)} of memory, but only {in_words(free)} are free")
+            yield archive
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except _DAMAGE as error:
+        raise InputError(f"{path}: not {what}, or damaged ({' '.join(str(error).split()) or type(error).__name__})") from error

@@ -1,0 +1,81 @@
+"""Reading values of annotated types from JSON that anyone may have written."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import pytest
+
+from blender_rl_guiding.typed import MalformedError, Range, parse, read
+
+
+@dataclass(frozen=True)
+class Part:
+    index: Annotated[int, Range(0, 9)]
+
+
+@dataclass(frozen=True)
+class Whole:
+    name: str
+    mode: Literal["a", "b"]
+    share: Annotated[float, Range(0, 1)]
+    parts: tuple[Part, ...]
+    corner: tuple[float, float]
+    value: float | tuple[float, float] | Part | None
+    by_name: dict[str, int]
+    free: Any = None
+
+
+GOOD: dict[str, Any] = {
+    "name": "é",
+    "mode": "a",
+    "share": 1,
+    "parts": [{"index": 0}],
+    "corner": [1, 2.5],
+    "value": {"index": 3},
+    "by_name": {"x": 2**62},
+    "free": [None],
+}
+
+
+def test_good_values_are_taken():
+    made = read(Whole, GOOD, "whole")
+    assert made == Whole("é", "a", 1.0, (Part(0),), (1.0, 2.5), Part(3), {"x": 2**62}, [None])
+    assert type(made.share) is float
+    assert [read(Whole, GOOD | {"value": v}, "whole").value for v in (1, [1, 2], None)] == [1.0, (1.0, 2.0), None]
+
+
+BAD = {
+    "name": [3, None, "\ud800", ["a"]],
+    "mode": ["c", 0, True, None, ["a"]],
+    "share": [-0.1, 1.1, math.nan, math.inf, 10**400, "1", True, None],
+    "parts": [[{"index": 10}], [{"index": 10**40}], [{"index": 0.0}], [{}], [{"index": 1, "more": 2}], {}, [3], None, "ab"],
+    "corner": [[1], [1, 2, 3], [1, None], 1, {"0": 1}],
+    "value": ["a", [1], True, {"index": -1}, {"x": 1}],
+    "by_name": [[], {"x": 2**63}, {"x": 1.0}, {"\udfff": 1}],
+}
+
+
+@pytest.mark.parametrize(("field", "value"), [(field, value) for field, values in BAD.items() for value in values])
+def test_bad_values_are_named(field, value):
+    with pytest.raises(MalformedError, match=rf"^whole\.{field}") as info:
+        read(Whole, GOOD | {field: value}, "whole")
+    assert "\n" not in str(info.value)
+    str(info.value).encode()  # so that it can be printed
+
+
+def test_strict_and_loose():
+    short = {name: value for name, value in GOOD.items() if name != "free"}
+    assert read(Whole, short | {"new": 1}, "whole", loose=True).free is None
+    for bad in (short, GOOD | {"new": 1}):
+        with pytest.raises(MalformedError):
+            read(Whole, bad, "whole")
+    with pytest.raises(MalformedError, match="lacks 'mode'"):
+        read(Whole, {name: value for name, value in GOOD.items() if name != "mode"}, "whole", loose=True)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[" * 100_000, "1" * 10_000, b"\xff", "nul"], ids=range(6))
+def test_what_is_no_json_is_one_line(text):
+    with pytest.raises(MalformedError, match="^not JSON") as info:
+        parse(text)
+    assert "\n" not in str(info.value)
