@@ -75,5 +75,4 @@ def _scene(values: dict[str, Any], file: Archive) -> SceneData:
             raise ValueError(f"texture_{k} is {texels.dtype}{texels.shape}")
         textures.append(Texture(image.name, image.srgb, texels, image.tile, image.rest))
     said: dict[str, Any] = {f.name: getattr(header, f.name) for f in fields(header)}
-    said["textures"] = tuple(textures)
-    return SceneData(**said, **arrays)
+    return SceneData(**said | {"textures": tuple(textures)} | arrays)

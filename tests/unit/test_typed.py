@@ -76,6 +76,6 @@ def test_strict_and_loose():
 
 @pytest.mark.parametrize("text", ["", "{", "[" * 100_000, "1" * 10_000, b"\xff", "nul"], ids=range(6))
 def test_what_is_no_json_is_one_line(text):
-    with pytest.raises(MalformedError, match="^not JSON") as info:
+    with pytest.raises(MalformedError, match=r"^not JSON") as info:
         parse(text)
     assert "\n" not in str(info.value)
