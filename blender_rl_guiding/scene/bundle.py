@@ -75,4 +75,5 @@ def _scene(values: dict[str, Any], file: Archive) -> SceneData:
             raise ValueError(f"texture_{k} is {texels.dtype}{texels.shape}")
         textures.append(Texture(image.name, image.srgb, texels, image.tile, image.rest))
     said: dict[str, Any] = {f.name: getattr(header, f.name) for f in fields(header)}
-    return SceneData(**said | {"textures": tuple(textures)} | arrays)
+    said.update(arrays, textures=tuple(textures))
+    return SceneData(**said)
