@@ -1,6 +1,5 @@
 """The render engine RL Guided: what Blender calls on F12, and the only place that sees a depsgraph in render mode."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,7 @@ import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.leftovers import temporary_folder
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.chance import left_to_chance
 from blender_rl_guiding.scene.data import SceneData
@@ -77,7 +77,7 @@ class RLGuided(Exporter):
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         settings = read(depsgraph.scene.rl_guiding, Render)
         job = {"settings": to_dict(settings), "machine": machine(depsgraph.scene.render)}
-        with worker_client.borrowed(environment.python()) as worker, tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+        with worker_client.borrowed(environment.python()) as worker, temporary_folder() as folder:
             worker.send("prepare", **job)
             self.update_stats("", "Exporting the scene")
             scene = _told(depsgraph, self.frame_set, self.test_break)

@@ -5,6 +5,8 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from .leftovers import part_of
+
 
 class InputError(Exception):
     """Something that the user gave cannot be used; the message is one line that names it."""
@@ -16,7 +18,7 @@ def atomic(path: Path) -> Iterator[Path]:
 
     The name keeps the suffix of `path`. InputError where the file cannot be written.
     """
-    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    part = part_of(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield part

@@ -104,7 +104,7 @@ def test_a_process_that_dies_is_replaced(compiled, tmp_path):
     tasks = [task(tmp_path, tiny, "deadly", truth=Deadly()), *(task(tmp_path, tiny, name) for name in "abc")]
     ended: dict[str, Outcome] = {}
     perform_all(tasks, Machine(), 2, lambda task, pace: None, lambda task, outcome: ended.update({task.method: outcome}))
-    assert ended["deadly"] == Outcome("its process ended with status 3", None)
+    assert ended["deadly"] == Outcome("its process ended with status 3: it gave no reason", None)
     assert all(ended[name].seconds for name in "abc")
 
 
