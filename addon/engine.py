@@ -104,14 +104,18 @@ class RLGuided(Exporter):
             blf.draw(0, text)
 
     def _follow(self, worker: worker_client.Worker, frames: Path, width: int, height: int, layer: str) -> None:
-        """Show what the renderer tells until it is done, or the user has enough."""
+        """Show what the renderer tells until it is done, or the user has enough; its last note beside how far it is."""
+        note = ""
         while not self.test_break():
             event = worker.event(LOOK)
             if event["event"] == "status":
                 self.update_stats("", event["text"])
+            elif event["event"] == "note":
+                note = event["text"]
+                self.report({"INFO"}, note)
             elif event["event"] == "pass":
                 self.update_progress(event["samples"] / event["of"])
-                self.update_stats("", status_line(event))
+                self.update_stats(note, status_line(event))
             if event["event"] == "done" or event.get("shown"):
                 self._show(frames, width, height, layer)
             if event["event"] == "done":
