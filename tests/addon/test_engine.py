@@ -232,6 +232,16 @@ def test_esc_is_heard_while_another_blender_is_waited_for(lit: bpy.types.Scene, 
     assert waited == [stop]
 
 
+def test_a_note_of_the_renderer_is_told(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture):
+    events = iter([{"event": "note", "text": "goes on from sample 400"}])
+    real = worker_client.Worker.event
+    monkeypatch.setattr(worker_client.Worker, "event", lambda self, timeout: next(events, None) or real(self, timeout))
+    write(lit.rl_guiding, SETTINGS)
+    lit.render.engine = "RL_GUIDED"
+    bpy.ops.render.render()
+    assert "Info: goes on from sample 400" in capfd.readouterr().out
+
+
 def test_the_status_line_tells_samples_learning_and_time():
     event = {"samples": 12, "of": 64, "seconds": 9.0, "left": 68.4, "learning": {"loss": 0.01234, "steps": 300, "cells": 9}}
     assert status_line(event) == "Sample 12/64 | 300 steps | loss 0.0123 | Remaining 01:08"

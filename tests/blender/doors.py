@@ -79,7 +79,7 @@ def switched(table: dict[str, Any], owner: Callable[[bpy.types.Scene], Any]) -> 
     """A case for each setting of a table that this Blender has."""
 
     def case(name: str, value: Any) -> Case:
-        other = OTHERS[name] if name in OTHERS else not value
+        other = OTHERS.get(name, not value)
         return lambda scene: setattr(owner(scene), name, other)
 
     there = owner(stage()).bl_rna.properties

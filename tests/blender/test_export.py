@@ -144,6 +144,7 @@ def test_a_missing_bpy_says_what_to_do(tmp_path: Path, monkeypatch: pytest.Monke
     [
         ("echo boom >&2; exit 3", "it ended with status 3: boom$"),
         ("kill -SEGV $$", "it was ended by SIGSEGV: it gave no reason$"),
+        ("kill -KILL $$", r"it was ended by SIGKILL: too little memory\?$"),
         ("true", "it ended with status 0: it gave no reason$"),
         ("""echo '{"error": "object X: bad"}'; exit 1""", "^object X: bad$"),
     ],

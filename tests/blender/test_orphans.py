@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from blender_rl_guiding.leftovers import sweep
 from tests.blender.blenders import EXECUTABLE, ROOT
 from tests.patience import PATIENCE
 
@@ -66,6 +67,22 @@ for _ in Cycles(bpy.context.scene, 10_000_000).render(Path(sys.argv[2], "out.exr
     Path(sys.argv[2], "now").touch()
 """
 
+F12 = """
+import sys
+from pathlib import Path
+import addon, bpy
+from addon import engine, environment
+addon.register()
+environment.python = lambda: Path(sys.executable)
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+bpy.context.scene.world.node_tree.links.clear()
+bpy.context.scene.render.engine = "RL_GUIDED"
+bpy.context.scene.rl_guiding.spp = 1_000_000
+real = engine.status_line
+engine.status_line = lambda event: Path(sys.argv[2], "now").touch() or real(event)
+bpy.ops.render.render()
+"""
+
 
 def family(mark: str) -> dict[int, str]:
     """The processes with the mark among their variables, which children inherit, and their command lines."""
@@ -87,13 +104,20 @@ def wait_for(reached: Callable[[], object], what: str) -> None:
 
 
 @pytest.fixture
-def killed() -> Iterator[Callable[..., None]]:
+def temporary(tmp_path: Path) -> Path:
+    """Where the programs have their temporary files."""
+    (tmp_path / "tmp").mkdir()
+    return tmp_path / "tmp"
+
+
+@pytest.fixture
+def killed(temporary: Path) -> Iterator[Callable[..., None]]:
     """Runs a program, kills it once it has a child with such a command line and, if asked, is ready, and waits for the end of all."""
     mark = f"RL_GUIDED_TEST={uuid.uuid4()}"
     name, value = mark.split("=")
 
     def run(program: str, *arguments: object, child: str, ready: Path | None = None) -> None:
-        variables = os.environ | {name: value}
+        variables = os.environ | {name: value, "TMPDIR": str(temporary)}
         command = [sys.executable, "-c", program, *map(str, arguments)]
         with subprocess.Popen(command, cwd=ROOT, env=variables, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL) as parent:
             try:
@@ -135,6 +159,16 @@ def test_an_exporter_that_waits_for_the_next_frame(killed: Callable[..., None], 
 
 def test_the_reference_by_cycles(killed: Callable[..., None], blend: Path, tmp_path: Path):
     killed(REFERENCE, blend, tmp_path, child="cycles_reference.py", ready=tmp_path / "now")
+
+
+def test_f12_and_the_next_start_sweeps_what_it_left(
+    killed: Callable[..., None], blend: Path, temporary: Path, compiled: None, tmp_path: Path
+):
+    killed(F12, blend, tmp_path, child="blender_rl_guiding.worker", ready=tmp_path / "now")
+    (left,) = temporary.glob("rlg-*")
+    assert (left / "scene.npz").exists()
+    sweep(temporary)
+    assert not left.exists()
 
 
 @pytest.mark.skipif(not EXECUTABLE.is_file(), reason=f"no Blender at {EXECUTABLE}; the variable BLENDER names one")

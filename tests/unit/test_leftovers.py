@@ -50,6 +50,14 @@ def test_what_the_dead_left_goes_and_what_the_living_have_stays(dead: int, tmp_p
     assert names(tmp_path) == {name.rstrip("/") for name in kept}
 
 
+def test_who_has_ended_is_dead_though_nobody_has_asked(tmp_path: Path):
+    with subprocess.Popen(["true"]) as child:
+        os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+        make(tmp_path, f".image.rlg-{child.pid}-{leftovers._computer()}.exr")
+        sweep(tmp_path)
+    assert not names(tmp_path)
+
+
 @pytest.mark.parametrize(("days", "stays"), [(6, True), (8, False)])
 def test_what_is_of_another_computer_has_to_be_old(days: int, stays: bool, dead: int, tmp_path: Path):
     make(tmp_path, f".image.rlg-{dead}-{ELSEWHERE}.exr", days * 86400)
