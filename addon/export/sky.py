@@ -17,7 +17,7 @@ import numpy as np
 
 from blender_rl_guiding.cache import cache_home
 from blender_rl_guiding.errors import InputError, atomic
-from blender_rl_guiding.leftovers import temporary_folder
+from blender_rl_guiding.leftovers import sweep, temporary_folder
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Color
 
@@ -96,7 +96,8 @@ def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
 
 
 def _let_go(folder: Path) -> None:
-    """Remove all but the newest; another process may do so at the same time."""
+    """Remove all but the newest, and what killed processes left; another process may do so at the same time."""
+    sweep(folder)
     with contextlib.suppress(OSError):
         newest = sorted(folder.glob("[!.]*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
         for file in newest[_KEPT:]:
