@@ -1,14 +1,14 @@
 """result.json, what a run's folder tells of it: one declaration for its writer and all its readers."""
 
-import json
 import sys
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from .. import typed
-from ..errors import InputError, atomic
+from ..errors import InputError
 from ..typed import Range
+from . import sealed
 
 _Count = Annotated[int, Range(0, 2**63 - 1)]
 _Side = Annotated[int, Range(1, 1 << 16)]
@@ -50,12 +50,16 @@ class Record:
     images: dict[str, str] = field(default_factory=dict)  # SHA-256 of each EXR file by its name
     frame: int | None = None  # of an animation
     source: str | None = None  # what the frame was made of, see `scene.frames`
+    sha256: str = ""  # of all the rest, see `sealed`
 
 
 def read(path: Path) -> Record:
-    """What a result.json says. InputError where it cannot be read, or is none."""
+    """What a result.json says. InputError where it cannot be read, is none, or is not as it was written."""
     try:
-        record = typed.read(Record, typed.parse(path.read_bytes()), "the result", loose=True)
+        values = typed.parse(path.read_bytes())
+        record = typed.read(Record, values, "the result", loose=True)
+        if record.sha256:
+            sealed.check(values)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except typed.MalformedError as error:
@@ -66,6 +70,5 @@ def read(path: Path) -> Record:
 
 
 def write(path: Path, record: Record) -> None:
-    """InputError where the file cannot be written."""
-    with atomic(path) as part:
-        part.write_text(json.dumps(asdict(record), indent=1), encoding="utf-8")
+    """Write a result.json, sealed. InputError where it cannot be written."""
+    sealed.write(path, asdict(record), indent=1)
