@@ -84,7 +84,7 @@ def _block(
         tell(f"{scene.name}: a part of the reference is rendered again: {doubt}")
     image = render(scene, settings, machine, on_pass).image
     if path:
-        header = {"scene_key": scene.key, "settings": json.dumps(to_dict(settings)), "program": program(), "witness": witness()}
+        header = {"scene_key": scene.key, "settings": _described(settings), "program": program(), "witness": witness()}
         with dispensable(path):
             write_exr(path, image, header | {"sha256": sha256(image)})
     return image
@@ -97,11 +97,17 @@ def _doubt(image: np.ndarray, header: dict[str, str], scene: SceneData, settings
     """
     if image.shape != (scene.camera.height, scene.camera.width, 3) or not np.isfinite(image).all():
         return "what is kept has another size, or pixels that are not finite"
-    if header.get("scene_key") != scene.key or header.get("settings") != json.dumps(to_dict(settings)):
+    if header.get("scene_key") != scene.key or header.get("settings") != _described(settings):
         return "what is kept is of another scene, or of other settings"
     if header.get("program") != program() and header.get("witness") != witness():
         return "this version of the program makes other pixels than the one that rendered what is kept"
     return ""
+
+
+def _described(settings: Render) -> str:
+    """What is not as it is by default: a setting that a later version adds, and leaves as it was, does not make another reference."""
+    usual = to_dict(Render())
+    return json.dumps({name: value for name, value in to_dict(settings).items() if value != usual[name]})
 
 
 @cache

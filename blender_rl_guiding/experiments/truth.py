@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import typed
+from ..errors import InputError
 from ..guiding.patches import hemisphere
 from ..notices import tell
 from ..render import render
@@ -77,13 +78,20 @@ def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int,
         return Point(pixel, position.astype(np.float32), normal.astype(np.float32))
     point = find(scene, pixel, machine)
     if point is None:
-        path.unlink(missing_ok=True)
+        _remove(path)
         return None
     right, up = frame(scene, point)
     position = scene.origin.astype(np.float64) + point.position
     values = about | {"position": position.tolist(), "normal": point.normal.tolist(), "right": right, "up": up}
     sealed.write(path, values | {"radiance": rounded(arriving(scene, point, max_bounces, machine))})
     return point
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot remove {path}: {error.strerror or error}") from error
 
 
 def _read(path: Path) -> _File | None:
