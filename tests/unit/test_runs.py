@@ -122,6 +122,10 @@ def test_numbers_that_were_changed_by_hand_are_refused(folder: Path):
         path.write_text(json.dumps(values | {name: value}))
         with pytest.raises(InputError, match="not as it was written"):
             finished_run(folder, SCENE, SETTINGS)
+    values.pop("sha256")
+    path.write_text(json.dumps(values))
+    with pytest.raises(InputError, match="not as it was written"):
+        result_file.read(path)
 
 
 def test_a_run_of_an_earlier_version_can_be_reported_but_is_not_done(folder: Path):
