@@ -15,10 +15,11 @@ from typing import Any, NoReturn
 from rich.console import Console
 
 from . import schema
-from .errors import InputError, check_writable
+from .errors import InputError
 from .experiments.catalogue import CATALOGUE, chosen
 from .experiments.progress import Progress, Terminal
 from .flags import chosen_methods, given, render_settings
+from .locks import writing
 from .parser import parser
 from .scene.view import chosen_view
 from .settings import Machine, Render
@@ -36,8 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (InputError, schema.SettingsError, FloatingPointError) as error:
         print(f"rlg: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        _leave("interrupted")
+    except KeyboardInterrupt as interrupt:
+        _leave(str(interrupt) or "interrupted")
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains again at exit
     return 0
@@ -75,7 +76,6 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
     view, method = chosen_view(options), options.preset or settings.guide.kind
     if view.frame is not None:
         raise InputError("--frame and --frames exclude each other")
-    check_writable(options.out)
     try:
         with Terminal() as progress:
             from .experiments.animation import animate
@@ -83,8 +83,8 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
             images = animate(
                 options.out, options.scene, view, options.frames, settings, _machine(options), method, progress, options.blender
             )
-    except KeyboardInterrupt:
-        _leave("interrupted; the same command goes on from the first frame that is missing")
+    except KeyboardInterrupt as interrupt:
+        raise KeyboardInterrupt("interrupted; the same command goes on from the first frame that is missing") from interrupt
     for path in images:
         print(path)
 
@@ -104,10 +104,9 @@ def _inspect(options: argparse.Namespace) -> None:
 def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any], Any] = lambda scene: None) -> tuple[Any, Any, Any]:
     """Render and write a run; returns the scene, the point of it that `find` tells before, and the result.
 
-    Interrupted, it writes what there is and ends the program.
+    Interrupted, it writes what there is before it ends.
     """
     machine, interrupted = _machine(options), False
-    check_writable(options.out)
     with Terminal() as progress, _opening(options.scene, options, progress) as opened:
         # While Blender exports: importing and loading take as long.
         from .experiments.probe import described
@@ -139,7 +138,7 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
         learnt, name = described(finished[0].guide, point), options.preset or settings.guide.kind
         save_run(options.out, scene, name, settings, machine, finished[0], None, learnt)
     if interrupted:
-        _leave(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples")
+        raise KeyboardInterrupt(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples")
     return scene, point, finished[0]
 
 
@@ -148,7 +147,6 @@ def _compare(options: argparse.Namespace) -> None:
     from .experiments.runner import Experiment, run
 
     methods = chosen_methods(options)
-    check_writable(options.out)
     first, given_file = next(iter(methods.values())).seed, options.reference
     with Terminal() as progress:
         experiment = Experiment(
@@ -170,7 +168,6 @@ def _sweep(options: argparse.Namespace) -> None:
 
     entries = {name: CATALOGUE[name] for name in chosen(options.names)}
     paths = {scene: _scene_file(options.scenes, scene) for entry in entries.values() for scene in entry.scenes}
-    check_writable(options.out)
     with Terminal() as progress:
         scenes = {name: _open(path, options, progress) for name, path in paths.items()}
         experiments = [
@@ -225,12 +222,23 @@ def _metrics(options: argparse.Namespace) -> None:
     print(json.dumps(compare(read_exr(options.image)[0], read_exr(options.reference)[0]), indent=1))
 
 
+def _alone(command: Callable[[argparse.Namespace], None]) -> Callable[[argparse.Namespace], None]:
+    """A command that nobody else writes to the same folders with."""
+
+    def run(options: argparse.Namespace) -> None:
+        folders = [options.out / name for name in chosen(options.names)] if "names" in options else [options.out]
+        with writing(*folders):
+            command(options)
+
+    return run
+
+
 COMMANDS = {
     "export": _export,
-    "render": _render,
-    "inspect": _inspect,
-    "compare": _compare,
-    "sweep": _sweep,
+    "render": _alone(_render),
+    "inspect": _alone(_inspect),
+    "compare": _alone(_compare),
+    "sweep": _alone(_sweep),
     "report": _report,
     "metrics": _metrics,
 }

@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from .leftovers import part_of
+from .leftovers import part_of, sweep_once
 
 
 class InputError(Exception):
@@ -13,21 +13,36 @@ class InputError(Exception):
 
 
 @contextlib.contextmanager
-def atomic(path: Path) -> Iterator[Path]:
+def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
     """Give a temporary name beside `path` to write to; it takes the place of `path` on success and vanishes on failure.
 
-    The name keeps the suffix of `path`. InputError where the file cannot be written.
+    The name keeps the suffix of `path`. Removes what killed processes left in the folder. On success the file survives a loss of power; what is `durable` waits for the disk, and what
+    can be made again need not be. InputError where the file cannot be written.
     """
     part = part_of(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        sweep_once(path.parent)
         yield part
+        if durable:
+            _to_disk(part)
         os.replace(part, path)
+        if durable and os.name == "posix":  # elsewhere folders cannot be opened
+            _to_disk(path.parent)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from error
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until a file's contents, or a folder's names, are on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def check_writable(folder: Path) -> None:

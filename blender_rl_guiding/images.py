@@ -1,6 +1,7 @@
 """Images in and out: OpenEXR for the numbers, PNG for the eye. Images are (H, W, 3) float32, linear RGB, top row first."""
 
 import contextlib
+import hashlib
 import io
 import os
 from collections.abc import Iterator, Mapping
@@ -56,6 +57,19 @@ def read_exr(path: Path) -> tuple[np.ndarray, dict[str, str]]:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (RuntimeError, ValueError) as error:
         raise InputError(f"{path}: not an EXR image, or damaged") from error
+
+
+def sha256(image: np.ndarray) -> str:
+    """The checksum of an image's pixels, (H, W, 3) float32."""
+    return hashlib.sha256(np.ascontiguousarray(image).data).hexdigest()
+
+
+def read_own(path: Path) -> tuple[np.ndarray, dict[str, str]]:
+    """As `read_exr`, of a file with the attribute "sha256", by which its writer says what its pixels are. InputError where they are not."""
+    image, header = read_exr(path)
+    if header.get("sha256") != sha256(image):
+        raise InputError(f"{path}: the pixels are not those that were written")
+    return image, header
 
 
 def _rgb(parts: list[OpenEXR.Part], path: Path) -> np.ndarray:

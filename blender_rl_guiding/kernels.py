@@ -5,19 +5,19 @@ file changes. Keying the folder by every file that goes into kernels makes that 
 """
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding
 import numba
-import numba.core.config
 from llvmlite import ir
 from numba import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.extending import intrinsic
 
-from .cache import cache_home
+from . import cache, kernel_cache
 
 
 def source_key(package: Path) -> str:
@@ -34,7 +34,9 @@ def _has_kernels(file: Path) -> bool:
     return b"kernels import" in source or b"import numba" in source
 
 
-setattr(numba.core.config, "CACHE_DIR", str(cache_home() / "kernels" / source_key(Path(__file__).parent)))  # noqa: B010  # unknown to the type checker
+_FOLDER = cache.folder("kernels", source_key(Path(__file__).parent))
+if _FOLDER:
+    kernel_cache.sweep(_FOLDER)
 
 # LLVM weighs whether to do without a call by the length of what is called, but here short functions call each other in long chains:
 # with its own limit, of 225, a fifth of the rendering is calling.
@@ -74,8 +76,15 @@ class _PartCompiler(Compiler):
 # Kernels make no arrays, and so need not count references to them, which would be a call for each array at each call.
 _options: Any = {"_nrt": False, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "no_cfunc_wrapper": True}
 
-# What Python calls: kept on disk with everything it calls.
-kernel = numba.njit(cache=True, **_options)
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """What Python calls: kept on disk with everything it calls."""
+    compiled: Any = numba.njit(**_options)(function)
+    if _FOLDER:
+        compiled._cache = kernel_cache.Kept(_FOLDER, function)
+    return compiled
+
+
 # What only kernels call: compiled into them, without wrappers and files of its own.
 part = numba.njit(pipeline_class=_PartCompiler, **(_options | {"no_cpython_wrapper": True}))
 # The same for a part that returns a view of an array, which without counting of references only a part of its caller's own code may do.

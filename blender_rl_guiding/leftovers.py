@@ -29,6 +29,16 @@ def temporary_folder(beside: Path | None = None) -> "tempfile.TemporaryDirectory
     return tempfile.TemporaryDirectory(prefix=f"{'.' if beside else ''}{_own()}-", dir=place)
 
 
+_SWEPT: set[Path] = set()
+
+
+def sweep_once(folder: Path) -> None:
+    """`sweep`, the first time that this process asks for the folder."""
+    if folder not in _SWEPT:
+        _SWEPT.add(folder)
+        sweep(folder)
+
+
 def sweep(folder: Path) -> None:
     """Remove the temporary files and folders directly in `folder` whose processes are dead; there need be none, nor the folder.
 

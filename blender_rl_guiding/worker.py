@@ -20,7 +20,9 @@ from typing import Any, TextIO
 import numpy as np
 
 from . import __version__
-from .errors import InputError, atomic, check_writable
+from .errors import InputError, atomic
+from .locks import writing
+from .notices import heard_by
 from .schema import SettingsError, from_dict
 from .settings import Machine, Render
 
@@ -77,7 +79,7 @@ class Frames:
 
     def write(self, name: str, pixels: np.ndarray) -> None:
         """Write one pass, (height, width) or (height, width, channels), top row first."""
-        with atomic(self._folder / f"{name}.npy") as part:
+        with atomic(self._folder / f"{name}.npy", durable=False) as part:
             np.save(part, np.atleast_3d(pixels)[::-1].astype(np.float32), allow_pickle=False)
 
 
@@ -101,8 +103,6 @@ def render(job: Job, events: Events) -> None:
 
     settings, machine = _settings(job)
     frames = Frames(Path(job["frames"])) if "frames" in job else None
-    if "out" in job:
-        check_writable(Path(job["out"]))
     scene = load(Path(job["bundle"]))
     if "out" in job:
         chance.tell(scene, [settings.nee], events.note)
@@ -159,7 +159,6 @@ def compare(job: Job, events: Events) -> None:
     from .scene.bundle import load
 
     folder, asked = Path(job["out"]), job["reference"]
-    check_writable(folder)
     experiment = Experiment(
         folder=folder,
         scenes=(load(Path(job["bundle"])),),
@@ -190,7 +189,6 @@ def inspect(job: Job, events: Events) -> None:
     settings, machine = _settings(job)
     inspection.check(settings.guide)
     out = Path(job["out"])
-    check_writable(out)
     scene = load(Path(job["bundle"]))
     point = inspection.find(scene, job["pixel"], machine)
     with events.bar("Learning", 1) as advance:
@@ -226,9 +224,16 @@ def main() -> None:
             return
         patience = IDLE if job["job"] == "rest" else None
         try:
-            JOBS[job["job"]](job, events)
+            _do(job, events)
         except (InputError, SettingsError, FloatingPointError) as error:
             events.send("error", text=str(error))
+
+
+def _do(job: Job, events: Events) -> None:
+    """Do a job; nobody else writes to its folder {"out"} meanwhile, if it has one."""
+    folders = [Path(job["out"])] if "out" in job else []
+    with heard_by(events.note), writing(*folders):
+        JOBS[job["job"]](job, events)
 
 
 def _jobs() -> "queue.Queue[Job]":

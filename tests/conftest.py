@@ -43,7 +43,7 @@ def own_references(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     cache = tmp_path_factory.mktemp("cache")
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "blender_rl_guiding"
     (home / "kernels").mkdir(parents=True, exist_ok=True)
-    (cache / "blender_rl_guiding").mkdir()
+    (cache / "blender_rl_guiding").mkdir(mode=0o700)
     (cache / "blender_rl_guiding" / "kernels").symlink_to(home / "kernels")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(cache))

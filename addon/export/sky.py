@@ -8,16 +8,17 @@ import hashlib
 import json
 import math
 import os
-import shutil
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
 
-from blender_rl_guiding.cache import cache_home
+from blender_rl_guiding.cache import dispensable, folder
 from blender_rl_guiding.errors import InputError, atomic
-from blender_rl_guiding.leftovers import sweep, temporary_folder
+from blender_rl_guiding.leftovers import temporary_folder
+from blender_rl_guiding.notices import tell
+from blender_rl_guiding.npz import opened
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Color
 
@@ -83,21 +84,39 @@ def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
     """The pictures of a node's properties, made anew where they are not kept, or damaged."""
     made_by = bpy.app.version_string, str(bpy.app.build_hash), os.environ.get("OCIO"), by_cycles.SCRIPT.read_text(encoding="utf-8")
     key = hashlib.sha256(json.dumps([values, made_by], sort_keys=True).encode()).hexdigest()
-    path = cache_home() / "skies" / f"{key}.npz"
-    with contextlib.suppress(*by_cycles.DAMAGE):
-        return by_cycles.read(path, **_SHAPES)
-    with temporary_folder() as folder:
-        made = Path(folder, path.name)
-        arrays = by_cycles.render({"sky": values}, made, stop, **_SHAPES)
-        with contextlib.suppress(InputError), atomic(path) as part:  # without a cache it takes longer, no more
-            shutil.copyfile(made, part)
-    _let_go(path.parent)
+    skies = folder("skies")
+    path = skies / f"{key}.npz" if skies else None
+    if path and path.exists():
+        try:
+            return _read(path)
+        except InputError as error:
+            tell(f"{error}; the sky is made again")
+    with temporary_folder() as place:
+        arrays = by_cycles.render({"sky": values}, Path(place, "sky.npz"), stop, **_SHAPES)
+    if path:
+        with dispensable(path), atomic(path, durable=False) as part:
+            everything: dict[str, Any] = arrays | {"sha256": np.array(_digest(path, arrays))}
+            np.savez(part, **everything)
+        _let_go(path.parent)
     return arrays
 
 
+def _read(path: Path) -> dict[str, np.ndarray]:
+    """A sky as it was kept. InputError where the file cannot be read, or is not as it was written."""
+    with opened(path, "a sky") as file:
+        arrays = {name: file.array(name, [np.float32], shape) for name, shape in _SHAPES.items()}
+        if file.text("sha256") != _digest(path, arrays):
+            raise ValueError("it is not as it was written")
+    return arrays
+
+
+def _digest(path: Path, arrays: dict[str, np.ndarray]) -> str:
+    """Of the file's name as well, which is the key: a sky that took the place of another is not it."""
+    return hashlib.sha256(path.name.encode() + b"".join(array.tobytes() for array in arrays.values())).hexdigest()
+
+
 def _let_go(folder: Path) -> None:
-    """Remove all but the newest, and what killed processes left; another process may do so at the same time."""
-    sweep(folder)
+    """Remove all but the newest; another process may do so at the same time."""
     with contextlib.suppress(OSError):
         newest = sorted(folder.glob("[!.]*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
         for file in newest[_KEPT:]:

@@ -6,6 +6,7 @@ from datetime import timedelta
 from itertools import zip_longest
 from pathlib import Path
 
+from ..errors import InputError
 from ..render import Result, render, warm_up
 from ..render.estimate import share
 from ..scene import chance
@@ -14,7 +15,7 @@ from ..scene.frames import Frames, exporting_frames
 from ..scene.view import View
 from ..settings import Machine, Render
 from .progress import Progress
-from .runs import Frame, frame_is_done, save_run
+from .runs import Frame, finished_frame, save_run
 
 
 def animate(
@@ -38,7 +39,7 @@ def animate(
             warm_up(settings.guide, machine)
         with progress.bar(f"opening {blend.name}", 1):
             source = exporter.source()
-        due = [number for number in numbers if not frame_is_done(folder, Frame(number, source), settings)]
+        due = [number for number in numbers if not _is_finished(folder, Frame(number, source), settings, progress)]
         _tell_kept(folder, numbers, due, progress)
         with progress.bar("", len(due)) as advance:
             began, lost = time.monotonic(), 0
@@ -58,6 +59,15 @@ def animate(
     if lost:
         progress.note(f"{blend.name}: in {lost} frame(s) something was left out or replaced; `rlg export --frame N` lists it")
     return [folder / f"image{Frame(number, source).suffix}.exr" for number in numbers]
+
+
+def _is_finished(folder: Path, frame: Frame, settings: Render, progress: Progress) -> bool:
+    """Whether a frame is there from before; a line tells what of it is not believed."""
+    try:
+        return finished_frame(folder, frame, settings) is not None
+    except InputError as error:
+        progress.note(f"{error}; the frame is rendered again")
+        return False
 
 
 def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int], progress: Progress) -> None:

@@ -1,13 +1,15 @@
 """What long work shows: a bar with an estimate on a terminal, a line for each finished step everywhere."""
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from types import TracebackType
 from typing import Protocol, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
+
+from ..notices import heard_by
 
 
 class Progress(Protocol):
@@ -29,8 +31,10 @@ class Terminal:
         self.console = Console(stderr=True, highlight=False)
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
         self._bars = Bars(*columns, console=self.console, transient=True)
+        self._notices = ExitStack()
 
     def __enter__(self) -> Self:
+        self._notices.enter_context(heard_by(self.note))
         if self.console.is_interactive:  # elsewhere rich would only add an empty line at the end
             self._bars.start()
         return self
@@ -38,6 +42,7 @@ class Terminal:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self.console.is_interactive:
             self._bars.stop()
+        self._notices.close()
 
     def note(self, text: str) -> None:
         """See `Progress`; one line, too, where it goes into a file."""

@@ -1,18 +1,24 @@
 """Reference images: given as files, or rendered once and kept by scene key in blocks, so that a longer one later only adds blocks."""
 
 import hashlib
+import json
 from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..cache import cache_home
+from ..cache import dispensable, folder
 from ..errors import InputError
-from ..images import read_exr, write_exr
+from ..images import read_exr, read_own, sha256, write_exr
+from ..notices import tell
 from ..render import Result, render
 from ..scene.data import SceneData
+from ..schema import to_dict
 from ..settings import BSDF, Machine, Render
+from .runs import versions
 
 BLOCK = 128  # samples per pixel in one block
 _FIRST_SEED = 1_000_000_000  # far from the seeds that people choose: a reference must not share samples with what it judges
@@ -34,7 +40,7 @@ def read_given(given: Given, scene: SceneData) -> tuple[np.ndarray, str]:
         raise InputError(f"the reference {given.path} is {width} x {height} pixels, but {expected}")
     if not np.isfinite(image).all():
         raise InputError(f"the reference {given.path} has pixels that are not finite numbers")
-    return image, hashlib.sha256(np.ascontiguousarray(image).data).hexdigest()
+    return image, sha256(image)
 
 
 def reference(
@@ -47,23 +53,68 @@ def reference(
     """
     blocks = -(-spp // BLOCK)
     total = np.zeros((scene.camera.height, scene.camera.width, 3))
+    witness = cache(lambda: sha256(render(scene, replace(_settings(max_bounces, 0), spp=1), machine).image))
     for block in range(blocks):
 
         def on_pass(state: Result, block: int = block) -> None:
             on_share((block + state.film.samples / BLOCK) / blocks)
 
-        total += _block(scene, max_bounces, block, machine, on_pass)
+        total += _block(scene, max_bounces, block, machine, on_pass, witness)
     return (total / blocks).astype(np.float32)
 
 
-def _block(scene: SceneData, max_bounces: int, block: int, machine: Machine, on_pass: Callable[[Result], None]) -> np.ndarray:
-    path = _folder(scene, max_bounces) / f"block-{block:04}.exr"
-    if not path.exists():
-        settings = Render(spp=BLOCK, max_bounces=max_bounces, nee=True, seed=_FIRST_SEED + block, guide=BSDF())
-        write_exr(path, render(scene, settings, machine, on_pass).image, {"scene_key": scene.key})
-    return read_exr(path)[0]
+def _settings(max_bounces: int, block: int) -> Render:
+    return Render(spp=BLOCK, max_bounces=max_bounces, nee=True, seed=_FIRST_SEED + block, guide=BSDF())
 
 
-def _folder(scene: SceneData, max_bounces: int) -> Path:
+def _block(
+    scene: SceneData, max_bounces: int, block: int, machine: Machine, on_pass: Callable[[Result], None], witness: Callable[[], str]
+) -> np.ndarray:
+    """The mean of `BLOCK` samples. `witness` tells what this program makes of one sample, see `_doubt`."""
     own = "" if max_bounces < 0 else f"-{max_bounces}-bounces"
-    return cache_home() / "references" / f"{scene.key[:24]}{own}"
+    kept, settings = folder("references", f"{scene.key[:24]}{own}"), _settings(max_bounces, block)
+    path = kept / f"block-{block:04}.exr" if kept else None
+    if path and path.exists():
+        try:
+            image, header = read_own(path)
+            if not (doubt := _doubt(image, header, scene, settings, witness)):
+                return image
+        except InputError as error:
+            doubt = str(error)
+        tell(f"{scene.name}: a part of the reference is rendered again: {doubt}")
+    image = render(scene, settings, machine, on_pass).image
+    if path:
+        header = {"scene_key": scene.key, "settings": _described(settings), "program": program(), "witness": witness()}
+        with dispensable(path):
+            write_exr(path, image, header | {"sha256": sha256(image)})
+    return image
+
+
+def _doubt(image: np.ndarray, header: dict[str, str], scene: SceneData, settings: Render, witness: Callable[[], str]) -> str:
+    """Why an image that was kept, with pixels as they were written, is not what would be rendered now; empty where it is.
+
+    Another version of the program would do, unless it makes other pixels of one sample: a fault that was mended must not live on.
+    """
+    if image.shape != (scene.camera.height, scene.camera.width, 3) or not np.isfinite(image).all():
+        return "what is kept has another size, or pixels that are not finite"
+    if header.get("scene_key") != scene.key or header.get("settings") != _described(settings):
+        return "what is kept is of another scene, or of other settings"
+    if header.get("program") != program() and header.get("witness") != witness():
+        return "this version of the program makes other pixels than the one that rendered what is kept"
+    return ""
+
+
+def _described(settings: Render) -> str:
+    """What is not as it is by default: a setting that a later version adds, and leaves as it was, does not make another reference."""
+    usual = to_dict(Render())
+    return json.dumps({name: value for name, value in to_dict(settings).items() if value != usual[name]})
+
+
+@cache
+def program() -> str:
+    """The checksum of all that decides pixels: the program's own files, and the libraries that it computes with."""
+    digest = hashlib.sha256(json.dumps(versions()).encode())
+    for file in sorted(Path(__file__).parents[1].rglob("*")):
+        if file.suffix in (".py", ".npz"):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -2,12 +2,13 @@
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from ..errors import InputError, atomic
-from ..images import write_exr
+from ..images import sha256, write_exr
 from ..render import warm_up
 from ..scene import chance
 from ..scene.data import SceneData
@@ -17,7 +18,8 @@ from .pool import perform_all
 from .probe import Point, learns, pixel_of
 from .progress import Progress
 from .references import Given, read_given, reference
-from .runs import RENDERED, Judge, is_done, judge_again
+from .result_file import Record
+from .runs import RENDERED, Judge, finished_run, judge_again
 from .tasks import Outcome, Pace, Task
 from .truth import kept
 
@@ -48,12 +50,13 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
         _describe(experiment)
         for scene in experiment.scenes:
             chance.tell(scene, [settings.nee for settings in experiment.methods.values()], progress.note)
-    places = (place for experiment in experiments for place in _places(experiment))
-    if not all(is_done(folder, scene, settings) for scene, _, folder, settings in places):
+    places = [place for experiment in experiments for place in _places(experiment)]
+    finished = {place.folder: record for place in places if (record := _finished(place, progress))}
+    if len(finished) < len(places):
         _compile_kernels(experiments, machine, progress)
     due: list[Task] = []
     for experiment in experiments:
-        due += _due(experiment, machine, progress)
+        due += _due(experiment, finished, machine, progress)
     return _perform(due, machine, jobs, progress)
 
 
@@ -75,23 +78,41 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
     return failed
 
 
-def _places(experiment: Experiment) -> Iterator[tuple[SceneData, str, Path, Render]]:
-    """Scene, method, folder and settings of each run; a seed is done by all methods before the next, so that an early report is fair."""
+class _Place(NamedTuple):
+    """A run that is asked for."""
+
+    scene: SceneData
+    method: str
+    folder: Path
+    settings: Render
+
+
+def _places(experiment: Experiment) -> Iterator[_Place]:
+    """All runs; a seed is done by all methods before the next, so that an early report is fair."""
     for scene in experiment.scenes:
         for seed in experiment.seeds:
             for name, method in experiment.methods.items():
-                yield scene, name, experiment.folder / scene.name / name / f"seed-{seed}", replace(method, seed=seed)
+                yield _Place(scene, name, experiment.folder / scene.name / name / f"seed-{seed}", replace(method, seed=seed))
 
 
-def _due(experiment: Experiment, machine: Machine, progress: Progress) -> list[Task]:
+def _finished(place: _Place, progress: Progress) -> Record | None:
+    """What is kept of a run from before; a line tells what of it is not believed."""
+    try:
+        return finished_run(place.folder, place.scene, place.settings)
+    except InputError as error:
+        progress.note(f"{error}; the run is made again")
+        return None
+
+
+def _due(experiment: Experiment, finished: Mapping[Path, Record], machine: Machine, progress: Progress) -> list[Task]:
     """The runs that are not done yet. Those that are get judged by the reference as it is now."""
     judges = {scene.name: _reference(scene, experiment, machine, progress) for scene in experiment.scenes}
     probes = {scene.name: _probe(scene, experiment, machine, progress) for scene in experiment.scenes}
     due = []
     for scene, method, folder, settings in _places(experiment):
         task = Task(folder, scene, judges[scene.name], method, settings, probes[scene.name])
-        if is_done(folder, scene, settings):
-            judge_again(folder, task.judge)
+        if record := finished.get(folder):
+            judge_again(folder, record, task.judge)
             progress.note(f"{task.label}: done before")
         else:
             due.append(task)
@@ -151,7 +172,7 @@ def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progr
     progress.note(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time")
     with progress.bar(f"{scene.name}: reference", 1) as advance:
         truth = reference(scene, _max_bounces(experiment), experiment.reference_spp, machine, advance)
-    write_exr(path, truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
+    write_exr(path, truth, {"scene_key": scene.key, "sha256": sha256(truth), "spp": str(experiment.reference_spp)})
     return Judge(truth, RENDERED)
 
 

@@ -1,8 +1,10 @@
 """A run's folder: image.exr, image.png and result.json, written last so that a folder with a result is a finished run."""
 
+import hashlib
 import json
 import platform
 from contextlib import suppress
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,13 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import __version__
-from ..errors import atomic
+from ..errors import InputError
 from ..images import read_exr, write_exr, write_layers, write_png
 from ..metrics import compare, mape_display, relmse
 from ..render import Result
 from ..scene.data import SceneData
 from ..schema import to_dict
 from ..settings import Machine, Render, recorded
+from . import result_file
+from .result_file import Learnt, Record
 
 RENDERED = "rendered"  # the key of references that are rendered here: they only get better
 ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by
@@ -69,96 +73,113 @@ def save_run(
     told = folder / f"result{suffix}.json"
     with suppress(OSError):  # which the images meet with as well, and report
         told.unlink(missing_ok=True)  # or it would tell of an image that it was not written for, if this is interrupted
-    _write_images(folder, suffix, result, settings, header)
-    values: dict[str, Any] = {
-        "scene": scene.name,
-        "scene_key": scene.key,
-        "method": method,
-        "seed": settings.seed,
-        "spp": result.film.samples,
-        "finished": result.finished,
-        "resolution": [scene.camera.width, scene.camera.height],
-        "seconds": result.seconds,
-        "learn_seconds": result.learn_seconds,
-        "rays": result.rays,
-        "metrics": metrics,
-        "judged_by": judged_by,
-        "settings": described,
-        "machine": to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
-        "versions": _versions(),
-        "curve": result.curve,
-        "losses": [float(f"{loss:.5g}") for loss in result.losses],
-        "probe": probe,
-    }
-    _write_json(told, values | {"frame": frame.number, "source": frame.source} if frame else values)
+    images = _write_images(folder, suffix, result, settings, header)
+    record = Record(
+        scene=scene.name,
+        scene_key=scene.key,
+        method=method,
+        seed=settings.seed,
+        spp=result.film.samples,
+        finished=result.finished,
+        resolution=(scene.camera.width, scene.camera.height),
+        seconds=result.seconds,
+        learn_seconds=result.learn_seconds,
+        rays=result.rays,
+        metrics=metrics,
+        judged_by=judged_by,
+        settings=described,
+        machine=to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
+        versions=versions(),
+        curve=tuple(result.curve),
+        losses=tuple(float(f"{loss:.5g}") for loss in result.losses),
+        probe=Learnt(**probe) if probe else None,
+        images={path.name: _sha256(path) for path in images},
+        frame=frame.number if frame else None,
+        source=frame.source if frame else None,
+    )
+    result_file.write(told, record)
 
 
-def _write_images(folder: Path, suffix: str, result: Result, settings: Render, header: dict[str, str]) -> None:
+def _write_images(folder: Path, suffix: str, result: Result, settings: Render, header: dict[str, str]) -> list[Path]:
+    """Returns the EXR files."""
     film, layers = result.film, result.film.layers()
     if not layers:
-        _write_image(folder / f"image{suffix}", result.image, header)
-        return
+        return [_write_image(folder / f"image{suffix}", result.image, header)]
     combined = np.dstack([result.image, film.alpha()])
-    _write_image(folder / f"image{suffix}", combined, header)
+    written = [_write_image(folder / f"image{suffix}", combined, header)]
     if settings.passes:
-        write_layers(folder / f"passes{suffix}.exr", {"Combined": combined} | layers, header)
+        written.append(folder / f"passes{suffix}.exr")
+        write_layers(written[-1], {"Combined": combined} | layers, header)
     del combined, layers  # memory that the denoiser can use: a gigabyte at 3840 x 2160
     if settings.denoise:
         from ..render.denoise import denoised
 
-        _write_image(folder / f"denoised{suffix}", denoised(film), header)
+        written.append(_write_image(folder / f"denoised{suffix}", denoised(film), header))
+    return written
 
 
-def _write_image(name: Path, pixels: np.ndarray, header: dict[str, str]) -> None:
-    """An image twice: its numbers, and what an eye sees of it."""
-    write_exr(name.with_name(f"{name.name}.exr"), pixels, header)
+def _write_image(name: Path, pixels: np.ndarray, header: dict[str, str]) -> Path:
+    """An image twice: its numbers, whose path it returns, and what an eye sees of it."""
+    path = name.with_name(f"{name.name}.exr")
+    write_exr(path, pixels, header)
     write_png(name.with_name(f"{name.name}.png"), pixels)
+    return path
 
 
-def is_done(folder: Path, scene: SceneData, settings: Render) -> bool:
-    """Whether the folder holds the finished run of just these settings, scene and program version."""
-    return _tells(folder / "result.json", settings, scene_key=scene.key)
+def finished_run(folder: Path, scene: SceneData, settings: Render) -> Record | None:
+    """The finished run of just these settings, scene and program version that the folder holds; None where it holds none, or another.
+
+    InputError on one that is damaged, or whose images are not those that were written with it.
+    """
+    return _finished(folder, "", settings, scene_key=scene.key)
 
 
-def frame_is_done(folder: Path, frame: Frame, settings: Render) -> bool:
+def finished_frame(folder: Path, frame: Frame, settings: Render) -> Record | None:
     """The same of a frame of an animation, by what it was made of."""
-    there = (folder / f"image{frame.suffix}.exr").is_file()
-    return there and _tells(folder / f"result{frame.suffix}.json", settings, source=frame.source)
+    return _finished(folder, frame.suffix, settings, source=frame.source)
 
 
-def _tells(path: Path, settings: Render, **made_of: str) -> bool:
-    """Whether a result.json is there and tells of a finished run with these settings, by this version of the program."""
+def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Record | None:
+    path = folder / f"result{suffix}.json"
+    if not path.exists():
+        return None
+    record = result_file.read(path)
+    same = record.versions.get("blender_rl_guiding") == __version__ and recorded(record.settings) == to_dict(settings)
+    if not (record.finished and same and all(getattr(record, name) == value for name, value in made_of.items())):
+        return None
+    image = f"image{suffix}.exr"
+    if not record.sha256 or image not in record.images:
+        raise InputError(f"{path} does not say what {image} has to be: it is of an earlier version")
+    for name, digest in record.images.items():
+        if _sha256(folder / name) != digest:
+            raise InputError(f"{folder / name} is not the image that {path.name} is of")
+    return record
+
+
+def _sha256(path: Path) -> str:
+    """Of a file: far cheaper than of the pixels, which would have to be decompressed."""
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    version = values.get("versions", {}).get("blender_rl_guiding")
-    expected = {"finished": True, **made_of}
-    same = recorded(values.get("settings") or {}) == to_dict(settings)
-    return version == __version__ and same and all(values.get(name) == value for name, value in expected.items())
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
 
 
-def judge_again(folder: Path, judge: Judge) -> None:
+def judge_again(folder: Path, record: Record, judge: Judge) -> None:
     """Bring a finished run's metrics up to date: the reference may have got better since, or be another.
 
     Its curve's errors stay as they were judged by a lesser reference, but not by another: there is no image any more to judge.
     """
-    path = folder / "result.json"
-    values = json.loads(path.read_text(encoding="utf-8"))
-    curve, metrics = values["curve"], compare(read_exr(folder / "image.exr")[0], judge.truth)
-    if values.get("judged_by", RENDERED) != judge.key:
+    curve, metrics = record.curve, compare(read_exr(folder / "image.exr")[0], judge.truth)
+    if (record.judged_by or RENDERED) != judge.key:
         judged = {measure.__name__ for measure in ON_THE_WAY}
-        curve = [{name: value for name, value in entry.items() if name not in judged} for entry in curve]
-    anew = values | {"metrics": metrics, "judged_by": judge.key, "curve": curve}
-    if anew != values:
-        _write_json(path, anew)
+        curve = tuple({name: value for name, value in entry.items() if name not in judged} for entry in curve)
+    anew = replace(record, metrics=metrics, judged_by=judge.key, curve=curve)
+    if anew != record:
+        result_file.write(folder / "result.json", anew)
 
 
-def _write_json(path: Path, values: dict[str, Any]) -> None:
-    with atomic(path) as part:
-        part.write_text(json.dumps(values, indent=1), encoding="utf-8")
-
-
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Of this program, Python, and the libraries that decide what a run looks like."""
     packages = ("numpy", "torch", "embreex", "numba")
     return {"blender_rl_guiding": __version__, "python": platform.python_version()} | {name: metadata.version(name) for name in packages}

@@ -1,18 +1,21 @@
 """The radiance that truly arrives at a point of a surface, measured once and kept beside the results."""
 
-import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import atomic
+from .. import typed
+from ..errors import InputError
 from ..guiding.patches import hemisphere
+from ..notices import tell
 from ..render import render
 from ..scene.data import SceneData
 from ..scene.description import Camera, Film
 from ..settings import Machine, Render
+from . import sealed
 from .probe import LUMINANCE, Point, find, rounded
+from .references import program
 
 ROWS, COLUMNS = 60, 120  # of the truth: the patches of most methods are made of whole ones of these
 SPP = 128
@@ -38,27 +41,67 @@ def arriving(scene: SceneData, point: Point, max_bounces: int, machine: Machine)
     return render(looking, Render(spp=SPP, nee=True, max_bounces=max_bounces), machine).image[::-1] @ LUMINANCE
 
 
+@dataclass(frozen=True)
+class _File:
+    """A probe.json."""
+
+    scene_key: str
+    pixel: tuple[int, int]
+    max_bounces: int
+    spp: int
+    patches: tuple[int, int]
+    program: str  # see `references.program`
+    position: tuple[float, float, float]  # world space, as all that follows
+    normal: tuple[float, float, float]
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+    radiance: tuple[float, ...]
+    sha256: str
+
+
 def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int, machine: Machine) -> Point | None:
     """The point of `find`, with the truth in the file `path`: as it stands there if it is of just this, or else measured and written.
 
-    Where there is no point there will be no file.
+    A line tells where the file is damaged. Where there is no point there will be no file.
     """
-    about = {"scene_key": scene.key, "pixel": list(pixel), "max_bounces": max_bounces, "spp": SPP, "patches": [ROWS, COLUMNS]}
-    try:
-        before = json.loads(path.read_text(encoding="utf-8"))
-        if before.items() >= about.items():
-            position, normal = np.array(before["position"]) - scene.origin, np.array(before["normal"])
-            return Point(pixel, position.astype(np.float32), normal.astype(np.float32))
-    except (OSError, ValueError, KeyError, AttributeError):
-        pass  # there is none, or no such file
+    about = {
+        "scene_key": scene.key,
+        "pixel": pixel,
+        "max_bounces": max_bounces,
+        "spp": SPP,
+        "patches": (ROWS, COLUMNS),
+        "program": program(),
+    }
+    before = _read(path)
+    if before and all(getattr(before, name) == value for name, value in about.items()):
+        position, normal = np.array(before.position) - scene.origin, np.array(before.normal)
+        return Point(pixel, position.astype(np.float32), normal.astype(np.float32))
     point = find(scene, pixel, machine)
     if point is None:
-        path.unlink(missing_ok=True)
+        _remove(path)
         return None
     right, up = frame(scene, point)
     position = scene.origin.astype(np.float64) + point.position
     values = about | {"position": position.tolist(), "normal": point.normal.tolist(), "right": right, "up": up}
-    values["radiance"] = rounded(arriving(scene, point, max_bounces, machine))
-    with atomic(path) as part:
-        part.write_text(json.dumps(values), encoding="utf-8")
+    sealed.write(path, values | {"radiance": rounded(arriving(scene, point, max_bounces, machine))})
     return point
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot remove {path}: {error.strerror or error}") from error
+
+
+def _read(path: Path) -> _File | None:
+    """None where there is no such file, or one of an earlier version, or damaged, which a line tells."""
+    if not path.exists():
+        return None
+    try:
+        values = typed.parse(path.read_bytes())
+        sealed.check(values)
+        return typed.read(_File, values, "the probe")
+    except (OSError, typed.MalformedError) as error:
+        tell(f"{path} is measured again: {error}")
+        return None

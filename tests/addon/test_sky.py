@@ -17,6 +17,7 @@ from addon.export.world import read_world
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Loss, Shader
 from tests.addon.trees import node, only, tree_of
+from tests.damage import damaged
 
 PICTURE = np.arange(256 * 512 * 3, dtype=np.float32).reshape(256, 512, 3)
 DISC = np.full((256, 3), 9.0, np.float32)
@@ -118,15 +119,41 @@ def test_a_sky_is_asked_for_once(world: bpy.types.World, cycles: Cycles, cache: 
     assert len(cycles.jobs) == 3
 
 
-def test_a_changed_byte_is_noticed(world: bpy.types.World, cycles: Cycles, cache: Path):
+def test_damage_never_changes_a_sky(world: bpy.types.World, cycles: Cycles, cache: Path, monkeypatch: pytest.MonkeyPatch):
+    told: list[str] = []
+    monkeypatch.setattr(sky, "tell", told.append)
     read(world)
     (kept,) = cache.iterdir()
-    content = bytearray(kept.read_bytes())
-    content[len(content) // 2] ^= 1
-    kept.write_bytes(content)
-    _, losses, resources = read(world)
-    assert losses == []
-    np.testing.assert_array_equal(resources.textures[0].texels[..., :3], PICTURE[::-1])
+    whole = kept.read_bytes()
+    for contents in damaged(whole, flips=60, cuts=10):
+        kept.write_bytes(contents)
+        _, losses, resources = read(world)
+        assert losses == []
+        np.testing.assert_array_equal(resources.textures[0].texels[..., :3], PICTURE[::-1])
+    assert len(told) == len(cycles.jobs) - 1 > 50
+
+
+def test_a_sky_in_the_place_of_another_is_not_it(world: bpy.types.World, cycles: Cycles, cache: Path):
+    read(world, turbidity=2.0)
+    (first,) = cache.iterdir()
+    cycles.disc = 2 * DISC
+    read(world, turbidity=3.0)
+    (second,) = set(cache.iterdir()) - {first}
+    first.write_bytes(second.read_bytes())
+    cycles.disc = DISC
+    _, _, resources = read(world, turbidity=2.0)
+    np.testing.assert_array_equal(resources.tables[0, :, :3], DISC)
+    assert len(cycles.jobs) == 3
+
+
+def test_skies_that_others_could_have_put_there_are_not_used(world: bpy.types.World, cycles: Cycles, cache: Path):
+    read(world)
+    cache.chmod(0o777)
+    before = {path: path.stat().st_mtime_ns for path in cache.iterdir()}
+    for jobs in (2, 3):
+        read(world)
+        assert len(cycles.jobs) == jobs
+    assert {path: path.stat().st_mtime_ns for path in cache.iterdir()} == before
 
 
 def test_only_the_newest_are_kept(world: bpy.types.World, cycles: Cycles, cache: Path, monkeypatch: pytest.MonkeyPatch):
@@ -155,7 +182,7 @@ def test_a_sky_that_cannot_be_made_is_reported(world: bpy.types.World, cache: Pa
         "there is no picture of it, Blender failed: the usual colour of its model stands in",
     )
     assert only(shader).inputs["color"] == pytest.approx(sky.usual_color(world.node_tree.nodes["Sky Texture"]))
-    assert not cache.exists()
+    assert not list(cache.iterdir())
 
 
 FAULTS = {

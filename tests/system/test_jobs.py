@@ -30,7 +30,7 @@ def results(folder: Path) -> dict[str, dict]:
     for path in folder.rglob("result.json"):
         values = json.loads(path.read_text())
         curve = [{k: v for k, v in entry.items() if not k.endswith("seconds")} for entry in values["curve"]]
-        timed = {"seconds", "learn_seconds", "machine", "curve"}
+        timed = {"seconds", "learn_seconds", "machine", "curve", "sha256"}
         found[str(path.relative_to(folder))] = {k: v for k, v in values.items() if k not in timed} | {"curve": curve}
     return found
 

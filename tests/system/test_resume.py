@@ -2,14 +2,21 @@
 
 import csv
 import os
+import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from blender_rl_guiding.experiments import figures
 from blender_rl_guiding.experiments.results import COLUMNS
+from blender_rl_guiding.images import write_exr
+from blender_rl_guiding.locks import writing
 from blender_rl_guiding.scene.bundle import save
 from tests import scenes
+from tests.system.conftest import ROOT
 from tests.system.small import SMALL
 
 TIMES = {"seconds", "learn_seconds", "train_seconds", "infer_seconds"}
@@ -25,6 +32,11 @@ def table(out: Path) -> list[dict[str, str]]:
 def finished(out: Path) -> dict[str, int]:
     """When each finished run was written."""
     return {str(path.parent.relative_to(out)): os.stat(path).st_mtime_ns for path in out.rglob("result.json")}
+
+
+def references() -> list[Path]:
+    """The blocks that are kept of all scenes."""
+    return list((Path(os.environ["XDG_CACHE_HOME"]) / "blender_rl_guiding" / "references").rglob("block-*.exr"))
 
 
 def test_an_interrupted_comparison_goes_on(rlg, interrupted, bundle, tmp_path):
@@ -77,6 +89,57 @@ def test_a_better_reference_judges_finished_runs_again(rlg, bundle, tmp_path):
     (after,) = table(tmp_path / "out")
     assert after["relmse"] != before["relmse"]
     assert float(after["relmse"]) == pytest.approx(float(before["relmse"]), rel=0.2)
+
+
+DAMAGE: dict[str, Callable[[Path], object]] = {
+    "seed-0": lambda run: (run / "result.json").write_text("[]"),
+    "seed-1": lambda run: (run / "result.json").write_text('{"versions": null}'),
+    "seed-2": lambda run: (run / "image.exr").unlink(),
+    "seed-3": lambda run: write_exr(run / "image.exr", np.ones((3, 3, 3), np.float32), {}),
+    "seed-4": lambda run: shutil.copy(run.parent / "seed-5" / "image.exr", run / "image.exr"),
+}
+
+
+def test_what_is_damaged_is_done_again_and_told(rlg, bundle, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures, "write", lambda results: None)  # they take longer than all the rest
+    out = tmp_path / "out"
+    command = ["compare", bundle, "--methods", "qtable", "--seeds", 6, "--spp", 2, "--reference-spp", 128, "--out", out]
+    assert rlg(*command).returncode == 0
+    right = table(out)
+    for seed, damage in DAMAGE.items():
+        damage(out / "tiny" / "qtable" / seed)
+    for block in references():
+        block.write_bytes(block.read_bytes()[:-9])
+    (out / "tiny" / "probe.json").write_text("null")
+    (out / "tiny" / "reference.exr").write_bytes(b"")
+    again = rlg(*command)
+    assert again.returncode == 0
+    told = [line for line in again.stderr.splitlines() if "again" in line]
+    assert len(told) == len(DAMAGE) + 2, again.stderr
+    assert again.stderr.count("done before") == 1
+    assert table(out) == right
+    assert "again" not in rlg(*command).stderr
+
+
+WRITERS: dict[str, list[object]] = {
+    "render": ["render", "{bundle}"],
+    "animate": ["render", ROOT / "scenes" / "c1.blend", "--frames", "1..2"],
+    "inspect": ["inspect", "{bundle}", "--guide", "qtable"],
+    "compare": ["compare", "{bundle}", "--methods", "bsdf"],
+    "sweep": ["sweep", "slides-resolution"],
+}
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_two_never_write_to_one_folder(writer, rlg, bundle, tmp_path):
+    out = tmp_path / "out"
+    held = out / "slides-resolution" if writer == "sweep" else out
+    with writing(held):
+        refused = rlg(*(str(part).format(bundle=bundle) for part in WRITERS[writer]), "--out", out)
+    assert refused.returncode == 2
+    (line,) = refused.stderr.splitlines()
+    assert line.startswith(f"rlg: {held} is being written to by process {os.getpid()} on ")
+    assert not out.exists()
 
 
 def test_an_interrupted_sweep_with_jobs_goes_on(rlg, interrupted, tmp_path):

@@ -1,6 +1,7 @@
 """The renderer as a child process: the bits of any other render, one line for what goes wrong, and an end when nobody listens."""
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -14,6 +15,7 @@ from addon import worker_client
 from addon.worker_client import Worker, borrowed
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.locks import writing
 from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
@@ -206,3 +208,11 @@ def running(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except OSError:
         return False
+
+
+@pytest.mark.parametrize("job", ["render", "inspect", "compare"])
+def test_a_folder_that_another_writes_to_is_told(job: str, worker: Worker, bundle: Path, tmp_path: Path):
+    with writing(tmp_path / "out"):
+        worker.send(job, bundle=str(bundle), settings=to_dict(SETTINGS), out=str(tmp_path / "out"))
+        with pytest.raises(InputError, match=rf"out is being written to by process {os.getpid()} on "):
+            events(worker)

@@ -1,13 +1,15 @@
 """Defaults of settings: of a method's name, of a render without flags, and of a run older than the sampler."""
 
-import json
+import hashlib
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from blender_rl_guiding import __version__
-from blender_rl_guiding.experiments.runs import is_done
+from blender_rl_guiding.experiments import result_file
+from blender_rl_guiding.experiments.result_file import Record
+from blender_rl_guiding.experiments.runs import finished_run
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import PRESETS, Render, method
 from tests import scenes
@@ -28,8 +30,13 @@ def test_without_a_name_lights_are_sampled():
 
 def written(folder: Path, settings: dict[str, Any]) -> Path:
     """The folder of a finished run that had these settings."""
-    values = {"scene_key": SCENE.key, "settings": settings, "finished": True, "versions": {"blender_rl_guiding": __version__}}
-    (folder / "result.json").write_text(json.dumps(values))
+    (folder / "image.exr").write_bytes(b"pixels")
+    images = {"image.exr": hashlib.sha256(b"pixels").hexdigest()}
+    record = Record(
+        scene="cube", scene_key=SCENE.key, method="bsdf", seed=0, spp=1, seconds=1.0, learn_seconds=0.0, rays=1, metrics=None,
+        settings=settings, machine={}, versions={"blender_rl_guiding": __version__}, finished=True, images=images,
+    )  # fmt: skip
+    result_file.write(folder / "result.json", record)
     return folder
 
 
@@ -37,5 +44,5 @@ def written(folder: Path, settings: dict[str, Any]) -> Path:
 def test_a_run_without_a_sampler_had_independent_numbers(sampler: Any, tmp_path: Path):
     settings = Render(sampler=sampler)
     older = {name: value for name, value in to_dict(settings).items() if name != "sampler"}
-    assert is_done(written(tmp_path, to_dict(settings)), SCENE, settings)
-    assert is_done(written(tmp_path, older), SCENE, settings) == (sampler == "independent")
+    assert finished_run(written(tmp_path, to_dict(settings)), SCENE, settings)
+    assert bool(finished_run(written(tmp_path, older), SCENE, settings)) == (sampler == "independent")

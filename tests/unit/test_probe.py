@@ -14,6 +14,7 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Film
 from blender_rl_guiding.settings import DQN, Machine, QTable, Render
 from tests import scenes
+from tests.damage import damaged
 from tests.significance import assert_means
 
 MACHINE = Machine(batch=4096)
@@ -137,6 +138,34 @@ def test_the_truth_is_kept_until_scene_pixel_or_bounces_change(tmp_path, monkeyp
     assert point(pixel=LAMP) is None
     assert not path.exists()
     assert point(pixel=NOTHING) is None
+
+
+def test_a_damaged_truth_is_measured_again_and_told(tmp_path, monkeypatch):
+    scene, path, told = room(), tmp_path / "probe.json", []
+    measured = []
+    arriving = np.ones((truth.ROWS, truth.COLUMNS), np.float32)
+    monkeypatch.setattr(truth, "arriving", lambda *args: measured.append(args) or arriving)
+    monkeypatch.setattr(truth, "tell", told.append)
+    right = truth.kept(path, scene, ON_FLOOR, -1, MACHINE)
+    assert right
+    whole = path.read_bytes()
+    assert len(measured) == 1
+    for contents in damaged(whole, flips=60, cuts=10):
+        path.write_bytes(contents)
+        point = truth.kept(path, scene, ON_FLOOR, -1, MACHINE)
+        assert point
+        np.testing.assert_array_equal(point.position, right.position)
+        np.testing.assert_array_equal(point.normal, right.normal)
+        assert path.read_bytes() == whole or json.loads(path.read_bytes()) == json.loads(whole)  # white space
+    assert len(told) == len(measured) - 1 > 60
+    monkeypatch.setattr(truth, "program", lambda: "another")
+    truth.kept(path, scene, ON_FLOOR, -1, MACHINE)
+    assert len(told) == len(measured) - 2
+    path.unlink()
+    path.mkdir()
+    for pixel in (ON_FLOOR, LAMP):
+        with pytest.raises(InputError, match=r"probe\.json"):
+            truth.kept(path, scene, pixel, -1, MACHINE)
 
 
 def test_every_cell_has_a_colour_of_its_own():

@@ -1,0 +1,74 @@
+"""result.json, what a run's folder tells of it: one declaration for its writer and all its readers."""
+
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from .. import typed
+from ..errors import InputError
+from ..typed import Range
+from . import sealed
+
+_Count = Annotated[int, Range(0, 2**63 - 1)]
+_Side = Annotated[int, Range(1, 1 << 16)]
+_Seconds = Annotated[float, Range(0.0, sys.float_info.max)]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What a guide has learnt of the radiance that arrives at the point that a pixel sees."""
+
+    pixel: tuple[int, int]  # column and row, from the top left
+    rows: _Side
+    columns: _Side
+    q: tuple[float, ...]  # rows x columns, row 0 at the horizon
+
+
+@dataclass(frozen=True)
+class Record:
+    """A run as it was saved. Runs of earlier versions may lack what has a default."""
+
+    scene: str
+    method: str
+    seed: _Count
+    spp: _Count
+    seconds: _Seconds  # rendering with learning, without compiling and export
+    learn_seconds: _Seconds
+    rays: _Count
+    metrics: dict[str, float] | None  # None where there was no reference
+    settings: dict[str, Any]  # of `Render`; `settings.recorded` reads those of earlier versions
+    machine: dict[str, Any]  # settings of `Machine`, "system" and "processor"
+    versions: dict[str, str]  # of this program, Python and libraries
+    curve: tuple[dict[str, int | float], ...] = ()  # one entry a pass: samples, seconds, loss, ...
+    losses: tuple[float, ...] = ()  # one for each training step
+    probe: Learnt | None = None  # None where nothing was learnt
+    judged_by: str | None = None  # the reference's SHA-256, or `runs.RENDERED`
+    scene_key: str = ""
+    resolution: tuple[_Side, _Side] | None = None  # width and height
+    finished: bool = False  # whether the render ended as its settings say
+    images: dict[str, str] = field(default_factory=dict)  # SHA-256 of each EXR file by its name
+    frame: int | None = None  # of an animation
+    source: str | None = None  # what the frame was made of, see `scene.frames`
+    sha256: str = ""  # of all the rest, see `sealed`
+
+
+def read(path: Path) -> Record:
+    """What a result.json says. InputError where it cannot be read, is none, or is not as it was written."""
+    try:
+        values = typed.parse(path.read_bytes())
+        record = typed.read(Record, values, "the result", loose=True)
+        if record.sha256 or record.images:  # which came together
+            sealed.check(values)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except typed.MalformedError as error:
+        raise InputError(f"{path}: not a result, or damaged ({error})") from error
+    if (learnt := record.probe) and len(learnt.q) != learnt.rows * learnt.columns:
+        raise InputError(f"{path}: not a result, or damaged (q has {len(learnt.q)} values, not {learnt.rows} x {learnt.columns})")
+    return record
+
+
+def write(path: Path, record: Record) -> None:
+    """Write a result.json, sealed. InputError where it cannot be written."""
+    sealed.write(path, asdict(record), indent=1)

@@ -1,0 +1,93 @@
+"""Compiled kernels on disk: each is a file of its own that shows whether it is whole. What is not is compiled again.
+
+Numba's own cache unpickles, and runs, whatever lies there; its index loses or mixes up files where two processes write at once.
+"""
+
+import hashlib
+import os
+import pickle
+import platform
+import shutil
+import time
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numpy as np
+from numba import __version__ as numba_version
+from numba.core import config
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+from numba.core.sigutils import normalize_signature
+
+from .cache import dispensable
+from .errors import atomic
+from .notices import tell
+
+_CONFIG: Any = config  # unknown to the type checker
+UNUSED = 30  # days until the kernels of another version of the source are removed
+
+
+class Kept(NullCache):
+    """The code of one function, compiled for any types of its arguments, in a folder. Takes the place of a dispatcher's own cache."""
+
+    def __init__(self, folder: Path, function: Callable[..., Any]) -> None:
+        self._folder, self._function = folder, function
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is kept for these types; None where that is nothing, or damaged, which a line tells."""
+        target_context.refresh()
+        path = self._path(sig, target_context.codegen())
+        try:
+            held = path.read_bytes()
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            tell(f"cannot read {path}: {error.strerror or error}; it is compiled again")
+            return None
+        payload = held[32:]
+        if held[:32] != _digest(path.name, payload):
+            tell(f"the kernel {path} is damaged: it is compiled again")
+            return None
+        found = CompileResult._rebuild(target_context, *pickle.loads(payload))
+        return found if found.signature.args == normalize_signature(sig)[0] else None  # two types may share a name
+
+    def save_overload(self, sig: Any, cres: Any) -> None:
+        """Keep what was compiled for these types, if it can be written."""
+        assert not cres.lifted, self._function
+        assert not cres.library.has_dynamic_globals, self._function
+        path, payload = self._path(sig, cres.codegen), dumps(cres._reduce())
+        with dispensable(path), atomic(path, durable=False) as part:
+            part.write_bytes(_digest(path.name, payload) + payload)
+
+    def _path(self, sig: Any, codegen: Any) -> Path:
+        """Named by all that the code depends on, but for other files of the program: these are in the folder's name."""
+        code, cells = self._function.__code__, [cell.cell_contents for cell in self._function.__closure__ or ()]
+        versions = numba_version, llvmlite.__version__, np.__version__, platform.python_version(), _CONFIG.BOUNDSCHECK
+        key = f"{sig} {codegen.magic_tuple()} {versions} {code.co_firstlineno} {_hash_of(code.co_filename)}"
+        digest = hashlib.sha256(key.encode() + code.co_code + dumps(cells)).hexdigest()
+        return self._folder / f"{self._function.__name__}-{digest[:32]}.kernel"
+
+
+@lru_cache
+def _hash_of(file: str) -> str:
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+
+
+def _digest(name: str, payload: bytes) -> bytes:
+    """Of the name as well: a file that took the place of another is not it."""
+    return hashlib.sha256(name.encode() + payload).digest()
+
+
+def sweep(folder: Path) -> None:
+    """Note that a folder is in use, and remove those beside it that were not for `UNUSED` days."""
+    try:
+        os.utime(folder)
+        for other in folder.parent.iterdir():
+            if other.stat().st_mtime < time.time() - UNUSED * 86400:
+                shutil.rmtree(other, ignore_errors=True)
+    except OSError:
+        return  # it cannot be written, which `cache.folder` tells, or another process removes them, too

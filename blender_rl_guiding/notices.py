@@ -1,0 +1,38 @@
+"""Lines for the user from places that know of no console: what was damaged and is made again, what is not kept.
+
+Standard library only: the add-on tells some, too.
+"""
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+_LOG = logging.getLogger("blender_rl_guiding")  # which, with nobody listening, writes to stderr
+_TOLD: set[str] = set()
+
+
+def tell(line: str) -> None:
+    """A line for the user. The same one is told only once by a process."""
+    if line not in _TOLD:
+        _TOLD.add(line)
+        _LOG.warning(line)
+
+
+@contextmanager
+def heard_by(note: Callable[[str], None]) -> Iterator[None]:
+    """Lines go to `note` for the length of the block."""
+    handler = _Handler(note)
+    _LOG.addHandler(handler)
+    try:
+        yield
+    finally:
+        _LOG.removeHandler(handler)
+
+
+class _Handler(logging.Handler):
+    def __init__(self, note: Callable[[str], None]) -> None:
+        super().__init__()
+        self._note = note
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._note(record.getMessage())
