@@ -16,8 +16,8 @@ class InputError(Exception):
 def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
     """Give a temporary name beside `path` to write to; it takes the place of `path` on success and vanishes on failure.
 
-    The name keeps the suffix of `path`. Removes what killed processes left in the folder. On success the file survives a loss of power; what is `durable` waits for the disk, and what
-    can be made again need not be. InputError where the file cannot be written.
+    The name keeps the suffix of `path`. What killed processes left in the folder is removed. On success the file survives a loss of
+    power; what is `durable` waits for the disk, and what can be made again need not be. InputError where the file cannot be written.
     """
     part = part_of(path)
     try:
