@@ -1,0 +1,71 @@
+"""result.json, what a run's folder tells of it: one declaration for its writer and all its readers."""
+
+import json
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from .. import typed
+from ..errors import InputError, atomic
+from ..typed import Range
+
+_Count = Annotated[int, Range(0, 2**63 - 1)]
+_Side = Annotated[int, Range(1, 1 << 16)]
+_Seconds = Annotated[float, Range(0.0, sys.float_info.max)]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What a guide has learnt of the radiance that arrives at the point that a pixel sees."""
+
+    pixel: tuple[int, int]  # column and row, from the top left
+    rows: _Side
+    columns: _Side
+    q: tuple[float, ...]  # rows x columns, row 0 at the horizon
+
+
+@dataclass(frozen=True)
+class Record:
+    """A run as it was saved. Runs of earlier versions may lack what has a default."""
+
+    scene: str
+    method: str
+    seed: _Count
+    spp: _Count
+    seconds: _Seconds  # rendering with learning, without compiling and export
+    learn_seconds: _Seconds
+    rays: _Count
+    metrics: dict[str, float] | None  # None where there was no reference
+    settings: dict[str, Any]  # of `Render`; `settings.recorded` reads those of earlier versions
+    machine: dict[str, Any]  # settings of `Machine`, "system" and "processor"
+    versions: dict[str, str]  # of this program, Python and libraries
+    curve: tuple[dict[str, int | float], ...] = ()  # one entry a pass: samples, seconds, loss, ...
+    losses: tuple[float, ...] = ()  # one for each training step
+    probe: Learnt | None = None  # None where nothing was learnt
+    judged_by: str | None = None  # the reference's SHA-256, or `runs.RENDERED`
+    scene_key: str = ""
+    resolution: tuple[_Side, _Side] | None = None  # width and height
+    finished: bool = False  # whether the render ended as its settings say
+    images: dict[str, str] = field(default_factory=dict)  # SHA-256 of each EXR file by its name
+    frame: int | None = None  # of an animation
+    source: str | None = None  # what the frame was made of, see `scene.frames`
+
+
+def read(path: Path) -> Record:
+    """What a result.json says. InputError where it cannot be read, or is none."""
+    try:
+        record = typed.read(Record, typed.parse(path.read_bytes()), "the result", loose=True)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except typed.MalformedError as error:
+        raise InputError(f"{path}: not a result, or damaged ({error})") from error
+    if (learnt := record.probe) and len(learnt.q) != learnt.rows * learnt.columns:
+        raise InputError(f"{path}: not a result, or damaged (q has {len(learnt.q)} values, not {learnt.rows} x {learnt.columns})")
+    return record
+
+
+def write(path: Path, record: Record) -> None:
+    """InputError where the file cannot be written."""
+    with atomic(path) as part:
+        part.write_text(json.dumps(asdict(record), indent=1), encoding="utf-8")
