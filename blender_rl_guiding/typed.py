@@ -4,7 +4,7 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
@@ -36,13 +36,15 @@ def parse(text: str | bytes) -> Any:
 def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
     """A value of the annotated type `kind`, called `name` in errors; MalformedError if it is something else.
 
-    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range`, dataclasses as objects, tuples as lists, dict with names
-    of type str, Any, and unions of these, of which JSON's own types choose. With `loose`, fields that have a default may be missing,
-    and names that a dataclass does not have are passed over: the file may be of another version.
+    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range` or with a function that says what is wrong with a value,
+    dataclasses as objects, tuples as lists, dict with names of type str, Any, and unions of these, of which JSON's own types choose.
+    With `loose`, fields that have a default may be missing, and names that a dataclass does not have are passed over: the file may be
+    of another version.
     """
     if get_origin(kind) is Annotated:
         kind, limits = get_args(kind)
-        return _within(limits, read(kind, value, name, loose=loose), name)
+        value = read(kind, value, name, loose=loose)
+        return _within(limits, value, name) if isinstance(limits, Range) else _without_fault(limits, value, name)
     if kind is Any:
         return value
     if isinstance(kind, UnionType):
@@ -127,6 +129,12 @@ def _text(value: Any, name: str) -> str:
 def _within(limits: Range, value: Any, name: str) -> Any:
     if not limits.low <= value <= limits.high:
         raise MalformedError(f"{name} is {_shown(value)}, not within {limits.low} and {limits.high}")
+    return value
+
+
+def _without_fault(find: Callable[[Any], str], value: Any, name: str) -> Any:
+    if fault := find(value):
+        raise MalformedError(f"{name} is {_shown(value)}, {fault}")
     return value
 
 
