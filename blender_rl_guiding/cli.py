@@ -22,6 +22,7 @@ from .flags import chosen_methods, given, render_settings
 from .parser import parser
 from .scene.view import chosen_view
 from .settings import Machine, Render
+from .strings import printable
 
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
@@ -34,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.command(options)
     except (InputError, schema.SettingsError, FloatingPointError) as error:
-        print(f"rlg: {error}", file=sys.stderr)
+        print(f"rlg: {printable(str(error))}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         _leave("interrupted")
@@ -58,8 +59,8 @@ def _export(options: argparse.Namespace) -> None:
     with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
     for loss in coverage:
-        print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    print(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
+        _say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
+    _say(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -68,7 +69,7 @@ def _render(options: argparse.Namespace) -> None:
         _animate(options, settings)
     else:
         _traced(options, settings)
-        print(options.out / "image.exr")
+        _say(options.out / "image.exr")
 
 
 def _animate(options: argparse.Namespace, settings: Render) -> None:
@@ -86,7 +87,7 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
     except KeyboardInterrupt:
         _leave("interrupted; the same command goes on from the first frame that is missing")
     for path in images:
-        print(path)
+        _say(path)
 
 
 def _inspect(options: argparse.Namespace) -> None:
@@ -98,7 +99,7 @@ def _inspect(options: argparse.Namespace) -> None:
     with Terminal() as progress, progress.bar("measuring what arrives", 1):
         pictures = inspection.write(options.out, scene, point, settings, machine, result)
     for path in (options.out / "image.exr", *pictures):
-        print(path)
+        _say(path)
 
 
 def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any], Any] = lambda scene: None) -> tuple[Any, Any, Any]:
@@ -207,13 +208,18 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
-    """Write the reports and print their summaries. InputError in the end if runs failed: they are missing there."""
+    """Write the reports and print their summaries. InputError in the end if runs failed, which are missing there, or are damaged."""
     from .experiments import report
 
+    damaged: list[str] = []
     for folder in folders:
-        page = report.write(folder)
-        report.show(folder, Console())
-        print(page)
+        results = report.write(folder)
+        report.show(results, Console())
+        _say(folder / "report.html")
+        damaged += [f"{folder}: {line}" for line in results.damaged]
+    if damaged:
+        others = f", and {len(damaged) - 1} more" * (len(damaged) > 1)
+        raise InputError(f"{damaged[0]}{others}: left out, as the report says")
     if failed:
         raise InputError(f"{failed} of the runs failed, as told above; the same command tries them again")
 
@@ -237,6 +243,11 @@ COMMANDS = {
 
 
 # --- what commands have in common -------------------------------------------------------------------------------------------------
+
+
+def _say(text: object) -> None:
+    """A line on stdout."""
+    print(printable(str(text)))
 
 
 def _machine(options: argparse.Namespace) -> Machine:

@@ -5,9 +5,14 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from .strings import printable
+
 
 class InputError(Exception):
-    """Something that the user gave cannot be used; the message is one line that names it."""
+    """Something that the user gave cannot be used; the message is one line that names it, and any terminal can show it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text))
 
 
 @contextlib.contextmanager
@@ -38,3 +43,9 @@ def check_writable(folder: Path) -> None:
         raise InputError(f"cannot write to {folder}: {nearest} is not a folder")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError(f"cannot write to {folder}: no permission to write to {nearest}")
+
+
+def check_inside(folder: Path, path: Path) -> None:
+    """InputError where links lead from `path`, which is below `folder` by its name, out of it: somebody else may have made them."""
+    if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+        raise InputError(f"{path} leads out of {folder}, by a link")

@@ -26,4 +26,10 @@ def fault_of_name(name: str) -> str:
     return ""
 
 
+def fit(name: str) -> str:
+    """The nearest name that a file can have."""
+    kept = _UNFIT.sub("_", name).strip(" .").encode()[:LONGEST]
+    return kept.decode(errors="ignore").strip(" .") or "_"
+
+
 Name = Annotated[str, fault_of_name]  # for `typed.read`

@@ -4,14 +4,22 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 """
 
 import json
+import os
+import stat
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from .strings import printable
 
 
 class MalformedError(ValueError):
     """A value that is not of its type; the message is one line that names it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text))
 
 
 @dataclass(frozen=True)
@@ -23,6 +31,25 @@ class Range:
 
 
 WHOLE = Range(-(2**63), 2**63 - 1)  # of whole numbers that have no limits of their own: what arrays can hold
+
+
+LARGEST = 1 << 28  # bytes of a file of JSON
+DEEPEST = 32  # lists and objects within each other, where anything may stand
+
+
+def load(path: Path) -> Any:
+    """What the JSON of a file says. OSError where it cannot be read, MalformedError where it is none."""
+    with open(path, "rb", opener=_without_waiting) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise MalformedError("it is not a file")
+        text = file.read(LARGEST + 1)
+    if len(text) > LARGEST:
+        raise MalformedError(f"it has more than {LARGEST} bytes")
+    return parse(text)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # or a pipe would be waited for until somebody writes
 
 
 def parse(text: str | bytes) -> Any:
@@ -46,12 +73,12 @@ def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
         value = read(kind, value, name, loose=loose)
         return _within(limits, value, name) if isinstance(limits, Range) else _without_fault(limits, value, name)
     if kind is Any:
-        return value
-    if isinstance(kind, UnionType):
+        return _anything(value, name, DEEPEST)
+    if get_origin(kind) in (UnionType, Union):  # the latter where a member is Annotated
         return read(_member(kind, value, name), value, name, loose=loose)
     if get_origin(kind) is Literal:
         if value not in get_args(kind) or isinstance(value, bool):
-            raise MalformedError(f"{name} is {_shown(value)}, not one of {', '.join(map(str, get_args(kind)))}")
+            raise MalformedError(f"{name} is {shown(value)}, not one of {', '.join(map(str, get_args(kind)))}")
         return value
     if isinstance(kind, type) and is_dataclass(kind):
         return _fields(kind, value, name, loose)
@@ -73,7 +100,7 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
     hints, known = get_type_hints(kind, include_extras=True), {f.name: f for f in fields(kind)}
     given = _typed(dict, value, name)
     if unknown := [key for key in given if key not in known and not loose]:
-        raise MalformedError(f"{name} has {_shown(unknown[0])}, which is nothing of it")
+        raise MalformedError(f"{name} has {shown(unknown[0])}, which is nothing of it")
     optional = {f.name for f in known.values() if loose and (f.default, f.default_factory) != (MISSING, MISSING)}
     if missing := [key for key in known if key not in given and key not in optional]:
         raise MalformedError(f"{name} lacks {missing[0]!r}")
@@ -89,6 +116,17 @@ def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[An
     return tuple(read(kind, part, f"{name}[{k}]", loose=loose) for k, (kind, part) in enumerate(zip(kinds, given, strict=True)))
 
 
+def _anything(value: Any, name: str, deep: int) -> Any:
+    """The value as it is, if it can be shown and written again."""
+    if not deep:
+        raise MalformedError(f"{name} is nested too deeply")
+    if isinstance(value, dict):
+        return {_text(key, name): _anything(part, f"{name}.{key}", deep - 1) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_anything(part, f"{name}[{k}]", deep - 1) for k, part in enumerate(value)]
+    return _text(value, name) if isinstance(value, str) else value
+
+
 def _member(union: Any, value: Any, name: str) -> Any:
     """The member of a union that what JSON has can be meant for."""
     wanted = {dict: lambda k: is_dataclass(k) or get_origin(k) is dict, list: lambda k: get_origin(k) is tuple}
@@ -99,13 +137,13 @@ def _member(union: Any, value: Any, name: str) -> Any:
         )
         if fits(bare):
             return kind
-    raise MalformedError(f"{name} is {_shown(value)}, which it cannot be")
+    raise MalformedError(f"{name} is {shown(value)}, which it cannot be")
 
 
 def _typed(kind: Any, value: Any, name: str) -> Any:
     kind = NoneType if kind is None else kind
     if type(value) is not kind:
-        raise MalformedError(f"{name} is {_shown(value)}, not of type {kind.__name__}")
+        raise MalformedError(f"{name} is {shown(value)}, not of type {kind.__name__}")
     return value
 
 
@@ -114,7 +152,7 @@ def _number(value: Any, name: str) -> float:
         try:
             return float(value)
         except OverflowError as error:
-            raise MalformedError(f"{name} is {_shown(value)}, which is too large") from error
+            raise MalformedError(f"{name} is {shown(value)}, which is too large") from error
     return _typed(float, value, name)
 
 
@@ -122,27 +160,27 @@ def _text(value: Any, name: str) -> str:
     try:
         _typed(str, value, name).encode()
     except UnicodeEncodeError as error:  # half of a character: it could neither be shown nor written
-        raise MalformedError(f"{name} is {_shown(value)}, which is no text") from error
+        raise MalformedError(f"{name} is {shown(value)}, which is no text") from error
     return value
 
 
 def _within(limits: Range, value: Any, name: str) -> Any:
     if not limits.low <= value <= limits.high:
-        raise MalformedError(f"{name} is {_shown(value)}, not within {limits.low} and {limits.high}")
+        raise MalformedError(f"{name} is {shown(value)}, not within {limits.low} and {limits.high}")
     return value
 
 
 def _without_fault(find: Callable[[Any], str], value: Any, name: str) -> Any:
     if fault := find(value):
-        raise MalformedError(f"{name} is {_shown(value)}, {fault}")
+        raise MalformedError(f"{name} is {shown(value)}, {fault}")
     return value
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
     """A value in a few words, whatever it is."""
     try:
         text = ascii(value)
-    except (ValueError, RecursionError):  # a number of thousands of digits
+    except (ValueError, RecursionError):  # thousands of digits, or of lists within each other
         return f"a {type(value).__name__}"
     return text if len(text) <= 60 else f"{text[:57]}..."
 

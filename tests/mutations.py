@@ -7,6 +7,7 @@ import json
 import random
 import shutil
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -116,6 +117,16 @@ def _other_kind(path: Path) -> None:
     was_file = path.is_file()
     _remove(path)
     path.mkdir() if was_file else path.write_bytes(b"x")
+
+
+@contextmanager
+def named(what: str) -> Iterator[None]:
+    """Have a failure of the block say what was done."""
+    try:
+        yield
+    except Exception as error:
+        error.add_note(what)
+        raise
 
 
 def some[T](mutations: Iterable[T], count: int, seed: int) -> list[T]:

@@ -9,6 +9,8 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
+from ..strings import printable
+
 
 class Progress(Protocol):
     """Who is told how far long work is."""
@@ -27,7 +29,13 @@ class Terminal:
 
     def __init__(self) -> None:
         self.console = Console(stderr=True, highlight=False)
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        )
         self._bars = Bars(*columns, console=self.console, transient=True)
 
     def __enter__(self) -> Self:
@@ -41,13 +49,17 @@ class Terminal:
 
     def note(self, text: str) -> None:
         """See `Progress`; one line, too, where it goes into a file."""
-        self.console.print(text, markup=False, soft_wrap=True)
+        self.console.print(printable(text), markup=False, emoji=False, soft_wrap=True)
 
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
         """See `Progress`."""
-        task = self._bars.add_task(description, total=total)
+        task = self._bars.add_task(printable(description), total=total)
+
+        def advance(done: float, description: str | None = None, total: float | None = None) -> None:
+            self._bars.update(task, completed=done, total=total, description=description and printable(description))
+
         try:
-            yield lambda done, **anew: self._bars.update(task, completed=done, **anew)
+            yield advance
         finally:
             self._bars.remove_task(task)

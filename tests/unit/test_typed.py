@@ -1,5 +1,6 @@
 """Reading values of annotated types from JSON that anyone may have written."""
 
+import json
 import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
@@ -22,6 +23,7 @@ class Whole:
     parts: tuple[Part, ...]
     corner: tuple[float, float]
     value: float | tuple[float, float] | Part | None
+    name_or_none: Annotated[str, lambda name: "which is short" if len(name) < 3 else ""] | None
     by_name: dict[str, int]
     free: Any = None
 
@@ -33,6 +35,7 @@ GOOD: dict[str, Any] = {
     "parts": [{"index": 0}],
     "corner": [1, 2.5],
     "value": {"index": 3},
+    "name_or_none": "abc",
     "by_name": {"x": 2**62},
     "free": [None],
 }
@@ -40,7 +43,7 @@ GOOD: dict[str, Any] = {
 
 def test_good_values_are_taken():
     made = read(Whole, GOOD, "whole")
-    assert made == Whole("é", "a", 1.0, (Part(0),), (1.0, 2.5), Part(3), {"x": 2**62}, [None])
+    assert made == Whole("é", "a", 1.0, (Part(0),), (1.0, 2.5), Part(3), "abc", {"x": 2**62}, [None])
     assert type(made.share) is float
     assert [read(Whole, GOOD | {"value": v}, "whole").value for v in (1, [1, 2], None)] == [1.0, (1.0, 2.0), None]
 
@@ -52,6 +55,8 @@ BAD = {
     "parts": [[{"index": 10}], [{"index": 10**40}], [{"index": 0.0}], [{}], [{"index": 1, "more": 2}], {}, [3], None, "ab"],
     "corner": [[1], [1, 2, 3], [1, None], 1, {"0": 1}],
     "value": ["a", [1], True, {"index": -1}, {"x": 1}],
+    "name_or_none": ["ab", 3],
+    "free": ["\ud800", {"\ud800": 1}, [[{"a": ["\udfff"]}]], json.loads("[" * 40 + "]" * 40)],
     "by_name": [[], {"x": 2**63}, {"x": 1.0}, {"\udfff": 1}],
 }
 
