@@ -22,7 +22,7 @@ from .flags import chosen_methods, given, render_settings
 from .parser import parser
 from .scene.view import chosen_view
 from .settings import Machine, Render
-from .strings import printable
+from .strings import say
 
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.command(options)
     except (InputError, schema.SettingsError, FloatingPointError) as error:
-        print(f"rlg: {printable(str(error))}", file=sys.stderr)
+        say(f"rlg: {error}", sys.stderr)
         return 2
     except KeyboardInterrupt:
         _leave("interrupted")
@@ -59,8 +59,8 @@ def _export(options: argparse.Namespace) -> None:
     with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
     for loss in coverage:
-        _say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    _say(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
+        say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
+    say(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -69,7 +69,7 @@ def _render(options: argparse.Namespace) -> None:
         _animate(options, settings)
     else:
         _traced(options, settings)
-        _say(options.out / "image.exr")
+        say(options.out / "image.exr")
 
 
 def _animate(options: argparse.Namespace, settings: Render) -> None:
@@ -87,7 +87,7 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
     except KeyboardInterrupt:
         _leave("interrupted; the same command goes on from the first frame that is missing")
     for path in images:
-        _say(path)
+        say(path)
 
 
 def _inspect(options: argparse.Namespace) -> None:
@@ -99,7 +99,7 @@ def _inspect(options: argparse.Namespace) -> None:
     with Terminal() as progress, progress.bar("measuring what arrives", 1):
         pictures = inspection.write(options.out, scene, point, settings, machine, result)
     for path in (options.out / "image.exr", *pictures):
-        _say(path)
+        say(path)
 
 
 def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any], Any] = lambda scene: None) -> tuple[Any, Any, Any]:
@@ -215,7 +215,7 @@ def _tell(folders: Sequence[Path], failed: int) -> None:
     for folder in folders:
         results = report.write(folder)
         report.show(results, Console())
-        _say(folder / "report.html")
+        say(folder / "report.html")
         damaged += [f"{folder}: {line}" for line in results.damaged]
     if damaged:
         others = f", and {len(damaged) - 1} more" * (len(damaged) > 1)
@@ -243,11 +243,6 @@ COMMANDS = {
 
 
 # --- what commands have in common -------------------------------------------------------------------------------------------------
-
-
-def _say(text: object) -> None:
-    """A line on stdout."""
-    print(printable(str(text)))
 
 
 def _machine(options: argparse.Namespace) -> Machine:

@@ -4,7 +4,7 @@ Standard library only: Blender's own Python (3.11 or newer) imports this.
 """
 
 import re
-from typing import Annotated
+from typing import IO, Annotated
 
 # What a terminal obeys, what turns the order of letters round, what ends a line, and halves of characters.
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -15,6 +15,11 @@ LONGEST = 200  # bytes of a name: file systems take 255, and the names of figure
 def printable(text: str) -> str:
     """The text in one line that a terminal cannot but show."""
     return _UNSEEN.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def say(text: object, file: IO[str] | None = None) -> None:
+    """Print a line, on stdout if nothing else is named."""
+    print(printable(str(text)), file=file, flush=True)
 
 
 def fault_of_name(name: str) -> str:

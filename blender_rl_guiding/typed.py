@@ -85,8 +85,9 @@ def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
     if get_origin(kind) is tuple:
         return _items(get_args(kind), value, name, loose)
     if get_origin(kind) is dict:
-        of = get_args(kind)[1]
-        return {_text(key, name): read(of, part, f"{name}.{key}", loose=loose) for key, part in _typed(dict, value, name).items()}
+        names, of = get_args(kind)
+        given = _typed(dict, value, name).items()
+        return {read(names, key, name): read(of, part, f"{name}.{key}", loose=loose) for key, part in given}
     if kind is str:
         return _text(value, name)
     if kind is float:
@@ -110,10 +111,20 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
 def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[Any, ...]:
     given = _typed(list, value, name)
     if kinds[1:] == (...,):
+        if _all_fit(kinds[0], given):
+            return tuple(given)
         kinds = [kinds[0]] * len(given)
     if len(given) != len(kinds):
         raise MalformedError(f"{name} has {len(given)} values, not {len(kinds)}")
     return tuple(read(kind, part, f"{name}[{k}]", loose=loose) for k, (kind, part) in enumerate(zip(kinds, given, strict=True)))
+
+
+def _all_fit(kind: Any, values: list[Any]) -> bool:
+    """Whether all are floats, and the kind is: there may be millions, which would take a minute one by one."""
+    kind, limits = get_args(kind) if get_origin(kind) is Annotated else (kind, None)
+    if kind is not float or set(map(type, values)) - {float}:
+        return False
+    return limits is None or (isinstance(limits, Range) and all(limits.low <= value <= limits.high for value in values))
 
 
 def _anything(value: Any, name: str, deep: int) -> Any:

@@ -90,7 +90,7 @@ def of_bytes(data: bytes, seed: int, count: int) -> Iterator[tuple[str, bytes]]:
         yield f"stretch at {place} gone", data[:place] + data[place + length :]
 
 
-def of_files(folder: Path) -> Iterator[tuple[str, Callable[[Path], None]]]:
+def of_files(folder: Path) -> Iterator[tuple[str, Callable[[Path], object]]]:
     """What is done, and how to do it to a copy of the folder: each file or folder gone, or a link, the other kind, or another file."""
     places = sorted(path.relative_to(folder) for path in folder.rglob("*"))
     files = [place for place in places if (folder / place).is_file()]
@@ -101,7 +101,7 @@ def of_files(folder: Path) -> Iterator[tuple[str, Callable[[Path], None]]]:
         yield f"{place} links out", lambda copy, place=place: _link(copy / place, (folder / place).absolute())
         yield f"{place} is the other kind", lambda copy, place=place: _other_kind(copy / place)
     for place, other in zip(files, files[1:] + files[:1], strict=True):
-        yield f"{place} is {other}", lambda copy, place=place, other=other: shutil.copy(folder / other, copy / place) and None
+        yield f"{place} is {other}", lambda copy, place=place, other=other: shutil.copy(folder / other, copy / place)
 
 
 def _remove(path: Path) -> None:

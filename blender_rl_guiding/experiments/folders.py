@@ -49,8 +49,8 @@ class _Encoder:
 @dataclass(frozen=True)
 class _Guide:
     kind: Name
-    error: Name | None = None
-    encoder: _Encoder | None = None
+    error: Name = ""  # what the loss is of, where it learns by one
+    encoder: _Encoder = _Encoder("none")
 
 
 @dataclass(frozen=True)

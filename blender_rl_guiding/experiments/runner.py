@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..errors import InputError, atomic
+from ..errors import InputError, atomic, check_inside
 from ..images import write_exr
 from ..render import warm_up
 from ..scene import chance
@@ -115,6 +115,8 @@ def _describe(experiment: Experiment) -> None:
             raise InputError(f"a scene or method is called {name!r}, {fault}")
     if experiment.given and len(names) > 1:
         raise InputError(f"{experiment.given.path} cannot be the reference of {len(names)} scenes")
+    for _, _, place, _ in _places(experiment):
+        check_inside(experiment.folder, place)
     for scene in experiment.scenes:
         pixel_of(scene, experiment.probe)
         if experiment.given:

@@ -6,10 +6,10 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from ..errors import InputError
-from .blend import exporter, failure, outcome_of
+from .blend import Outcome, exporter, failure, outcome_of
 from .bundle import load
 from .data import SceneData
 from .view import View
@@ -26,7 +26,7 @@ class Frames:
 
         The first to be called. InputError where the file cannot be opened or has nothing of that kind.
         """
-        return self._outcome()["source"]
+        return self._outcome().source
 
     def ask(self, frame: int) -> None:
         """Begin to export a frame."""
@@ -41,7 +41,7 @@ class Frames:
         self._bundle.unlink()
         return scene
 
-    def _outcome(self) -> dict[str, Any]:
+    def _outcome(self) -> Outcome:
         assert self._child.stdout
         for line in self._child.stdout:
             if outcome := outcome_of(line):

@@ -161,7 +161,7 @@ def test_a_browser_is_told_to_obey_nothing_but_the_pages_own_script_and_style(tm
     assert rules["default-src"] == "'none'"
     assert rules["img-src"] == "data:"
     assert not [name for _, attributes in parsed.tags for name in attributes if name.startswith("on") or name == "href"]
-    assert {a["src"][:5] for _, a in parsed.tags if a.get("src")} == {"data:"}
+    assert {source[:5] for _, attributes in parsed.tags if (source := attributes.get("src"))} == {"data:"}
 
 
 def test_a_name_is_no_formula_and_no_markup(tmp_path: Path):

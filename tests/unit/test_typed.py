@@ -3,11 +3,13 @@
 import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
 
-from blender_rl_guiding.typed import MalformedError, Range, parse, read
+from blender_rl_guiding import typed
+from blender_rl_guiding.typed import MalformedError, Range, load, parse, read
 
 
 @dataclass(frozen=True)
@@ -84,3 +86,26 @@ def test_what_is_no_json_is_one_line(text):
     with pytest.raises(MalformedError, match=r"^not JSON") as info:
         parse(text)
     assert "\n" not in str(info.value)
+
+
+def test_long_lists_of_numbers_are_checked_as_short_ones_are():
+    kind = tuple[Annotated[float, Range(0, 1)], ...]
+    assert read(kind, [0.5, 1.0, 0.0], "n") == (0.5, 1.0, 0.0)
+    assert [type(number) for number in read(kind, [0.5, 1], "n")] == [float, float]
+    assert math.isnan(read(tuple[float, ...], [math.nan], "n")[0])
+    for bad in (math.nan, math.inf, -0.1, "1", None, True):
+        with pytest.raises(MalformedError, match=r"^n\[1\] is"):
+            read(kind, [0.5, bad], "n")
+
+
+def test_a_file_of_json_is_a_file_and_not_without_end(tmp_path, monkeypatch):
+    path = tmp_path / "a.json"
+    path.write_text('{"a": [1]}')
+    assert load(path) == {"a": [1]}
+    monkeypatch.setattr(typed, "LARGEST", 9)
+    with pytest.raises(MalformedError, match="more than 9 bytes"):
+        load(path)
+    with pytest.raises(MalformedError, match="not a file"):
+        load(Path("/dev/zero"))
+    with pytest.raises(OSError, match="directory"):
+        load(tmp_path)

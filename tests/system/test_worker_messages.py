@@ -1,0 +1,150 @@
+"""The worker and its client, told what nobody should tell them: a bad line is one error, and the next one is as good as ever."""
+
+import json
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from addon.worker_client import Worker
+from blender_rl_guiding import __version__, messages
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.bundle import save
+from blender_rl_guiding.schema import to_dict
+from blender_rl_guiding.settings import Render
+from blender_rl_guiding.typed import MalformedError
+from tests import mutations, scenes
+from tests.patience import PATIENCE
+
+SETTINGS = to_dict(Render(spp=1))
+JOBS = {
+    "prepare": {"settings": SETTINGS, "machine": {"threads": 1}},
+    "render": {"bundle": "/nowhere/a.npz", "settings": {}, "machine": {}, "frames": "/nowhere/f", "out": "/nowhere/o", "method": "m"},
+    "compare": {
+        "bundle": "/nowhere/a.npz", "methods": {"bsdf": {"spp": 1}}, "seeds": [0, 1], "reference": {"spp": 4}, "out": "/nowhere/o",
+        "command": "", "probe": [1, 2], "jobs": 1, "machine": {},
+    },
+    "inspect": {"bundle": "/nowhere/a.npz", "settings": {"guide": "qtable"}, "machine": {}, "out": "/nowhere/o", "pixel": [1, 2]},
+    "rest": {},
+}  # fmt: skip
+NO_JOBS = [
+    b"", b" ", b"{", b"null", b"[]", b"3", b'"render"', b"{}", b'{"job": null}', b'{"job": 3}', b'{"job": []}', b'{"job": "none"}',
+    b"\xff\xfe",
+    b"\x00", b'{"job": "rest"}\x00', b'{"job": "\\ud800"}', b'{"job": "rest", "job": "x"}', b'{"job": "rest", "more": 1}', b"[" * 100_000,
+    b'{"job": "render"}', b"x" * (messages.LONGEST + 5), b'{"job": "render", "bundle": "a\\u0000b", "settings": {}}',
+]  # fmt: skip
+
+
+def mutated(count: int) -> list[bytes]:
+    """Jobs of which one value is another. What is a job nevertheless fails, for there is no bundle, or is nothing."""
+    lines = []
+    for name, values in JOBS.items():
+        found = mutations.of_json(json.dumps({"job": name} | values))
+        lines += [text.encode() for _, text in found]
+    return mutations.some(lines, count, seed=4)
+
+
+def test_whatever_a_line_is_it_is_a_job_or_malformed():
+    good = bad = 0
+    for line in NO_JOBS:
+        with pytest.raises(MalformedError) as info:
+            messages.read_job(line)
+        assert "\n" not in str(info.value)
+    for line in mutated(1 << 30):
+        try:
+            messages.read_job(line)
+            good += 1
+        except MalformedError as error:
+            assert len(str(error)) < 500  # noqa: PT017
+            bad += 1
+    assert good > 100
+    assert bad > 1000
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("bundle") / "tiny.npz"
+    save(scenes.tiny(8), path)
+    return path
+
+
+def test_hundreds_of_bad_lines_are_an_error_each_and_the_next_job_is_done(bundle: Path):
+    lines = [line for line in [*NO_JOBS, *mutated(300)] if b'"rest"' not in line and b'"prepare"' not in line]
+    good = json.dumps({"job": "render", "bundle": str(bundle), "settings": SETTINGS}).encode()
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-m", "blender_rl_guiding.worker"], stdin=pipe, stdout=pipe, stderr=pipe) as child:
+        assert child.stdin and child.stdout and child.stderr  # noqa: PT018  # for the type checker
+        stdin = child.stdin
+
+        def give() -> None:
+            stdin.write(b"\n".join([*lines, good, b""]))
+            stdin.flush()
+
+        threading.Thread(target=give).start()
+        told = [json.loads(child.stdout.readline())]
+        while told[-1]["event"] != "done":
+            line = child.stdout.readline()
+            assert line, child.stderr.read()
+            told.append(json.loads(line))
+        child.stdin.close()
+        assert child.wait(timeout=PATIENCE) == 0
+    errors = [event["text"] for event in told if event["event"] == "error"]
+    assert len(errors) == len(lines)
+    assert not [text for text in errors if "\n" in text or "\x1b" in text or not text]
+
+
+def test_it_ends_quietly_where_nobody_listens_any_more():
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-m", "blender_rl_guiding.worker"], stdin=pipe, stdout=pipe, stderr=pipe) as child:
+        assert child.stdin and child.stdout and child.stderr  # noqa: PT018  # for the type checker
+        assert json.loads(child.stdout.readline())["event"] == "ready"
+        child.stdout.close()
+        child.stdin.write(b"{}\n")
+        child.stdin.flush()
+        assert child.wait(timeout=PATIENCE) == 0
+        assert child.stderr.read() == b""
+
+
+# --- the other side --------------------------------------------------------------------------------------------------
+
+READY = json.dumps({"event": "ready", "version": __version__})
+EVENTS = [
+    READY,
+    '{"event": "status", "text": "x", "share": 0.5}',
+    '{"event": "pass", "samples": 1, "of": 2, "seconds": 0.1, "left": 0.1, "shown": true, "learning": {"loss": 0.5}}',
+    '{"event": "note", "text": "x"}',
+    '{"event": "error", "text": "x"}',
+    '{"event": "done"}',
+]
+
+
+def test_whatever_a_renderer_says_it_is_an_event_or_malformed():
+    for text in EVENTS:
+        assert messages.read_event(text.encode()) == json.loads(text)
+        for what, line in mutations.of_json(text):
+            with mutations.named(what):
+                try:
+                    event = messages.read_event(line.encode())
+                except MalformedError:
+                    continue
+            known = messages.EVENTS[event["event"]].__dataclass_fields__
+            assert event.keys() >= known.keys()
+    for line in (b"", b"Warning: x", b"\xff", b'{"event": "status"}', b"x" * (messages.LONGEST + 1)):
+        with pytest.raises(MalformedError):
+            messages.read_event(line)
+
+
+@pytest.mark.parametrize("line", [b"a warning", b"\xff\xfe", b"null", b'{"event": "status", "text": "x"}', b'{"event": "done"'])
+def test_a_renderer_that_says_something_else_is_told_and_not_waited_for(tmp_path: Path, line: bytes):
+    (tmp_path / "said").write_bytes(READY.encode() + b"\n" + line + b"\n" + READY.encode() + b"\n")
+    python = tmp_path / "python"
+    python.write_text(f"#!/bin/sh\ncat {tmp_path / 'said'}; read x\n")
+    python.chmod(0o755)
+    worker = Worker(python)
+    assert worker.event(PATIENCE)["event"] == "ready"
+    with pytest.raises(InputError, match="said something that is no event of its"):
+        worker.event(PATIENCE)
+    assert worker.event(PATIENCE)["event"] == "ready"
+    worker.end()
