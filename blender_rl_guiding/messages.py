@@ -14,15 +14,15 @@ LONGEST = 1 << 24  # bytes of a line
 
 
 def _path(text: str) -> str:
-    return "" if text and "\0" not in text else "which is no path"
+    return "" if text and "\0" not in text else "is no path"
 
 
 def _some(values: Any) -> str:
-    return "" if values else "which is empty"
+    return "" if values else "is empty"
 
 
 def _different(values: tuple[int, ...]) -> str:
-    return "which is empty" if not values else "" if len(set(values)) == len(values) else "in which one stands twice"
+    return "is empty" if not values else "" if len(set(values)) == len(values) else "has one twice"
 
 
 _Path = Annotated[str, _path]

@@ -25,9 +25,9 @@ def say(text: object, file: IO[str] | None = None) -> None:
 def fault_of_name(name: str) -> str:
     """Why a file or folder should not be called so; empty if it can be."""
     if _UNFIT.search(name) or name.strip(" .") != name:
-        return "which cannot be the name of a file or folder"
+        return "cannot be the name of a file or folder"
     if len(name.encode()) > LONGEST:
-        return f"which is longer than the {LONGEST} bytes that a file's name may have"
+        return f"is longer than the {LONGEST} bytes that a file's name may have"
     return ""
 
 

@@ -183,7 +183,7 @@ def _within(limits: Range, value: Any, name: str) -> Any:
 
 def _without_fault(find: Callable[[Any], str], value: Any, name: str) -> Any:
     if fault := find(value):
-        raise MalformedError(f"{name} is {shown(value)}, {fault}")
+        raise MalformedError(f"{name} is {shown(value)}, which {fault}")
     return value
 
 

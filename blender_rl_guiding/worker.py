@@ -9,7 +9,6 @@ comes. Whoever wants a job cancelled kills it: files are whole or not there.
 import json
 import os
 import queue
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -244,8 +243,9 @@ def _listening() -> "queue.Queue[bytes]":
     waiting: queue.Queue[bytes] = queue.Queue()
 
     def listen() -> None:
-        for line in messages.lines(sys.stdin.buffer):
-            waiting.put(line)
+        with open(0, "rb", closefd=False) as stdin:  # sys.stdin has a lock that Python wants to have when it ends
+            for line in messages.lines(stdin):
+                waiting.put(line)
         os._exit(0)
 
     threading.Thread(target=listen, daemon=True).start()

@@ -1,5 +1,6 @@
 """Reads an experiment's folder, which anyone may have made: what of it is damaged is told and left out, and the rest is still a report."""
 
+import hashlib
 import os
 import statistics
 from collections.abc import Callable
@@ -173,6 +174,7 @@ def _run(folder: Path, place: Path, scene: str, method: str) -> Run:
         losses=list(record.losses),
         learnt=_learnt(record.probe),
         resolution=record.resolution,
+        digest=record.images.get("image.exr"),
     )
 
 
@@ -216,10 +218,18 @@ def _with_pictures(folder: Path, scene: str, runs: list[Run], damage: _Damage) -
     height, width, _ = reference[0].shape
     whole, shown = [], set[str]()
     for run in runs:
-        if run.method in shown or damage.without(_picture, folder, run.folder / "image.exr", (width, height)):
+        if run.method in shown or damage.without(_image, folder, run, (width, height)):
             whole.append(run)
             shown.add(run.method)
     return whole, True
+
+
+def _image(folder: Path, run: Run, size: tuple[int, int]) -> np.ndarray:
+    path = run.folder / "image.exr"
+    image = _picture(folder, path, size)
+    if run.digest and hashlib.sha256(path.read_bytes()).hexdigest() != run.digest:
+        raise InputError(f"{path} is not the image that was written with its result.json")
+    return image
 
 
 def _picture(folder: Path, path: Path, size: tuple[int, int] | None) -> np.ndarray:

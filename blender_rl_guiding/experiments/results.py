@@ -56,6 +56,7 @@ class Run:
     losses: list[float]  # one for each training step
     learnt: Learnt | None  # None where nothing was learnt, or nothing is known
     resolution: tuple[int, int] | None = None  # width and height; None where nothing is known
+    digest: str | None = None  # SHA-256 of image.exr; None where nothing is known
 
     @property
     def learns(self) -> bool:

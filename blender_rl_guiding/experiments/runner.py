@@ -112,7 +112,7 @@ def _describe(experiment: Experiment) -> None:
         raise InputError(f"two scenes are called {min(doubles)!r}: their results would share a folder")
     for name in (*names, *experiment.methods):
         if fault := fault_of_name(name):
-            raise InputError(f"a scene or method is called {name!r}, {fault}")
+            raise InputError(f"{name!r} {fault}")
     if experiment.given and len(names) > 1:
         raise InputError(f"{experiment.given.path} cannot be the reference of {len(names)} scenes")
     for _, _, place, _ in _places(experiment):

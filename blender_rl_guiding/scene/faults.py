@@ -94,7 +94,7 @@ def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def _find_bad_description(scene: SceneData) -> str:
     if fault := fault_of_name(scene.name):
-        return f"its name is {scene.name!r}, {fault}"
+        return f"the name {scene.name!r} {fault}"
     camera, film, window = scene.camera, scene.film, scene.camera.window
     if camera.kind not in _CAMERAS or film.filter not in _FILTERS:
         return f"the camera is {camera.kind!r} and the filter {film.filter!r}, but there are {_CAMERAS} and {_FILTERS}"

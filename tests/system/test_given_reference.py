@@ -86,6 +86,6 @@ def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Eve
     place = tmp_path / "out" / link
     place.parent.mkdir(parents=True)
     place.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(InputError, match="leads out of .*out, by a link"):
+    with pytest.raises(InputError, match="leads out of"):
         run([experiment(tmp_path, given(tmp_path, 0.5))], Machine(), 1, silent)
     assert not [*(tmp_path / "elsewhere").iterdir()]

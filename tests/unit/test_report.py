@@ -79,6 +79,17 @@ def make_experiment(
     return folder
 
 
+@pytest.fixture(scope="module")
+def _made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_experiment(tmp_path_factory.mktemp("made"), seeds=2)
+
+
+@pytest.fixture
+def made(_made: Path, tmp_path: Path) -> Path:
+    """A folder as `make_experiment` makes it, which takes half a second."""
+    return shutil.copytree(_made, tmp_path / "made")
+
+
 def page_of(folder: Path) -> str:
     write(folder)
     return (folder / "report.html").read_text(encoding="utf-8")
@@ -245,17 +256,16 @@ def test_a_missing_baseline_leaves_no_ratios(tmp_path: Path):
         ("experiment.json", '{"methods": ["a"], "scenes": ["../x"], "seeds": [0], "baseline": "a", "command": ""}', "cannot be the name"),
     ],
 )
-def test_a_damaged_plan_is_told_in_one_line_and_writes_nothing(tmp_path: Path, name: str, content: str | None, message: str):
-    make_experiment(tmp_path, seeds=1)
-    (tmp_path / name).unlink()
+def test_a_damaged_plan_is_told_in_one_line_and_writes_nothing(made: Path, name: str, content: str | None, message: str):
+    (made / name).unlink()
     if content is not None:
-        (tmp_path / name).write_text(content)
+        (made / name).write_text(content)
     with pytest.raises(InputError, match=message) as error:
-        write(tmp_path)
+        write(made)
     assert "\n" not in str(error.value)
-    assert str(tmp_path) in str(error.value)
-    assert not (tmp_path / "report.html").exists()
-    assert not (tmp_path / "table.csv").exists()
+    assert str(made) in str(error.value)
+    assert not (made / "report.html").exists()
+    assert not (made / "table.csv").exists()
 
 
 @pytest.mark.parametrize(
@@ -273,22 +283,34 @@ def test_a_damaged_plan_is_told_in_one_line_and_writes_nothing(tmp_path: Path, n
         ("c1/probe.json", b"{}", "not a probe"),
     ],
 )
-def test_what_is_damaged_is_listed_and_left_out(tmp_path: Path, name: str, content: bytes | np.ndarray | None, message: str):
-    make_experiment(tmp_path, seeds=2)
-    path = tmp_path / name
+def test_what_is_damaged_is_listed_and_left_out(made: Path, name: str, content: bytes | np.ndarray | None, message: str):
+    path = made / name
     path.unlink(missing_ok=True)
     if isinstance(content, bytes):
         path.write_bytes(content)
     elif content is not None:
         write_exr(path, content, {})
-    page, found = page_of(tmp_path), load(tmp_path)
+    page, found = page_of(made), load(made)
     (line,) = found.damaged
     assert message in line
     assert name in line
-    assert str(tmp_path) not in line  # the page is shown to others
+    assert str(made) not in line  # the page is shown to others
     assert f"<li>{escape(line)}</li>" in page
     assert len(found.runs) == 6 - ("seed-0" in name)
     assert ("<h3>Images</h3>" in page) == ("reference" not in name)
+
+
+def test_an_image_of_another_run_is_not_shown(made: Path):
+    first, second = (made / "c1" / "bsdf" / f"seed-{seed}" for seed in (0, 1))
+    for place in (first, second):
+        digest = hashlib.sha256((place / "image.exr").read_bytes()).hexdigest()
+        values = json.loads((place / "result.json").read_text()) | {"images": {"image.exr": digest}}
+        (place / "result.json").write_text(json.dumps(values))
+    assert not load(made).damaged
+    shutil.copy(second / "image.exr", first / "image.exr")
+    found = load(made)
+    assert found.damaged == ("c1/bsdf/seed-0/image.exr is not the image that was written with its result.json",)
+    assert [run.seed for run in found.runs if run.method == "bsdf"] == [1]
 
 
 @pytest.mark.parametrize(
@@ -308,11 +330,10 @@ def test_what_is_damaged_is_listed_and_left_out(tmp_path: Path, name: str, conte
         {"probe": {"pixel": [0, 0], "rows": 2, "columns": 2, "q": [1, 2, 3]}},
     ],
 )
-def test_a_result_with_numbers_that_cannot_be_is_damaged(tmp_path: Path, bad: dict[str, Any]):
-    make_experiment(tmp_path, seeds=1)
-    path = tmp_path / "c1" / "dqn" / "seed-0" / "result.json"
+def test_a_result_with_numbers_that_cannot_be_is_damaged(made: Path, bad: dict[str, Any]):
+    path = made / "c1" / "dqn" / "seed-0" / "result.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | bad))
-    assert load(tmp_path).damaged[0].startswith("c1/dqn/seed-0/result.json: not a result")
+    assert load(made).damaged[0].startswith("c1/dqn/seed-0/result.json: not a result")
 
 
 def test_nothing_is_read_or_written_through_a_link_that_leads_out(tmp_path: Path):

@@ -25,7 +25,7 @@ class Whole:
     parts: tuple[Part, ...]
     corner: tuple[float, float]
     value: float | tuple[float, float] | Part | None
-    name_or_none: Annotated[str, lambda name: "which is short" if len(name) < 3 else ""] | None
+    name_or_none: Annotated[str, lambda name: "is short" if len(name) < 3 else ""] | None
     by_name: dict[str, int]
     free: Any = None
 
