@@ -6,7 +6,7 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 import json
 import os
 import stat
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
 from types import NoneType, UnionType
@@ -35,6 +35,9 @@ WHOLE = Range(-(2**63), 2**63 - 1)  # of whole numbers that have no limits of th
 
 LARGEST = 1 << 28  # bytes of a file of JSON
 DEEPEST = 32  # lists and objects within each other, where anything may stand
+
+
+_NUMBER = int | float
 
 
 def load(path: Path) -> Any:
@@ -86,8 +89,10 @@ def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
         return _items(get_args(kind), value, name, loose)
     if get_origin(kind) is dict:
         names, of = get_args(kind)
-        given = _typed(dict, value, name).items()
-        return {read(names, key, name): read(of, part, f"{name}.{key}", loose=loose) for key, part in given}
+        given = _typed(dict, value, name)
+        if names is str and _all_fit(of, given.values()) and "".join(given).isascii():
+            return given
+        return {read(names, key, name): read(of, part, f"{name}.{key}", loose=loose) for key, part in given.items()}
     if kind is str:
         return _text(value, name)
     if kind is float:
@@ -119,10 +124,13 @@ def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[An
     return tuple(read(kind, part, f"{name}[{k}]", loose=loose) for k, (kind, part) in enumerate(zip(kinds, given, strict=True)))
 
 
-def _all_fit(kind: Any, values: list[Any]) -> bool:
-    """Whether all are floats, and the kind is: there may be millions, which would take a minute one by one."""
+def _all_fit(kind: Any, values: Collection[Any]) -> bool:
+    """Whether all are numbers of the kind just as they are: there may be millions, and one by one they take ten microseconds each."""
     kind, limits = get_args(kind) if get_origin(kind) is Annotated else (kind, None)
-    if kind is not float or set(map(type, values)) - {float}:
+    types = set(map(type, values))
+    if kind == _NUMBER:
+        return types <= {int, float} and all(type(value) is float or WHOLE.low <= value <= WHOLE.high for value in values)
+    if kind is not float or types - {float}:
         return False
     return limits is None or (isinstance(limits, Range) and all(limits.low <= value <= limits.high for value in values))
 

@@ -3,7 +3,7 @@
 import hashlib
 import os
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,9 +24,10 @@ SHORTEST = 1e-9  # seconds of a run: rates are per second
 _Count = Annotated[int, Range(0, 2**63 - 1)]
 _Patches = Annotated[int, Range(1, 1024)]  # along one side of a hemisphere
 # Limits far beyond what renders have, so that whatever is read can be squared, summed up and drawn.
-_Seconds = Annotated[float, Range(0.0, 1e12)]
 _Error = Annotated[float, Range(0.0, 1e30)]
 _Number = Annotated[float, Range(-1e30, 1e30)]
+_CURVE = dict.fromkeys(("samples", "mape_display", "relmse"), Range(0.0, 1e30))
+_CURVE |= dict.fromkeys(("seconds", "train_seconds", "infer_seconds"), Range(0.0, 1e12))
 
 
 @dataclass(frozen=True)
@@ -60,18 +61,6 @@ class _Settings:
 
     guide: _Guide
     nee: bool = False
-
-
-@dataclass(frozen=True)
-class _Pass:
-    """What of an entry of a run's curve the report goes by."""
-
-    samples: _Count
-    seconds: _Seconds
-    mape_display: _Error = 0.0
-    relmse: _Error = 0.0
-    train_seconds: _Seconds = 0.0
-    infer_seconds: _Seconds = 0.0
 
 
 @dataclass(frozen=True)
@@ -146,8 +135,7 @@ def _run(folder: Path, place: Path, scene: str, method: str) -> Run:
     check_inside(folder, path)
     record = result_file.read(path)
     try:
-        for k, entry in enumerate(record.curve):
-            typed.read(_Pass, entry, f"curve[{k}]", loose=True)
+        _check_curve(record.curve)
         typed.read(_Settings, record.settings, "settings", loose=True)
         metrics = typed.read(dict[str, _Error], record.metrics, "metrics")
         metrics = {name: metrics[name] for name in MEASURES}
@@ -176,6 +164,16 @@ def _run(folder: Path, place: Path, scene: str, method: str) -> Run:
         resolution=record.resolution,
         digest=record.images.get("image.exr"),
     )
+
+
+def _check_curve(curve: Sequence[Mapping[str, float]]) -> None:
+    """MalformedError on an entry that has no place in a chart."""
+    for k, entry in enumerate(curve):
+        if missing := {"samples", "seconds"} - entry.keys():
+            raise typed.MalformedError(f"curve[{k}] lacks {min(missing)!r}")
+        for name, limits in _CURVE.items():
+            if name in entry and not limits.low <= entry[name] <= limits.high:
+                raise typed.MalformedError(f"curve[{k}].{name} is {entry[name]}, not within {limits.low} and {limits.high}")
 
 
 def _learnt(q: result_file.Learnt | None) -> Learnt | None:

@@ -11,14 +11,15 @@ import pytest
 from addon.worker_client import Worker
 from blender_rl_guiding import __version__, messages
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments.results import MEASURES
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
-from blender_rl_guiding.settings import Render
-from blender_rl_guiding.typed import MalformedError
+from blender_rl_guiding.settings import BSDF, Render
+from blender_rl_guiding.typed import MalformedError, parse
 from tests import mutations, scenes
 from tests.patience import PATIENCE
 
-SETTINGS = to_dict(Render(spp=1))
+SETTINGS = to_dict(Render(spp=1, guide=BSDF()))
 JOBS = {
     "prepare": {"settings": SETTINGS, "machine": {"threads": 1}},
     "render": {"bundle": "/nowhere/a.npz", "settings": {}, "machine": {}, "frames": "/nowhere/f", "out": "/nowhere/o", "method": "m"},
@@ -148,3 +149,31 @@ def test_a_renderer_that_says_something_else_is_told_and_not_waited_for(tmp_path
         worker.event(PATIENCE)
     assert worker.event(PATIENCE)["event"] == "ready"
     worker.end()
+
+
+ROW = {
+    "method": "bsdf", "image": "/a/image.exr", "heat": "/a/error.png", "errors": dict.fromkeys(MEASURES, 0.5), "margins": {}, "ratios": {},
+    "seeds": 1, "spp": 4, "seconds": 0.1, "samples_per_second": 40.0, "learn_share": 0.0, "equal_time": 1.0, "heat_top": 1.0,
+}  # fmt: skip
+OUTCOMES = {
+    "render": {"samples": 4, "seconds": 0.1, "learn_seconds": 0.0, "rays": 5},
+    "compare": {
+        "page": "/a/report.html", "about": "4 samples", "reference": "/a/reference.exr", "methods": [ROW],
+        "pictures": [{"name": "x", "path": "/a/x.png"}], "missing": [], "failed": 0,
+    },
+    "inspect": {"pictures": ["/a/states.png"]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("job", OUTCOMES)
+def test_the_end_of_a_job_tells_all_that_is_shown_of_it(job: str):
+    messages.check_outcome(job, OUTCOMES[job])
+    for name in messages.OUTCOMES[job].__dataclass_fields__:
+        with pytest.raises(MalformedError, match=f"lacks '{name}'"):
+            messages.check_outcome(job, {key: value for key, value in OUTCOMES[job].items() if key != name})
+    for what, text in mutations.of_json(json.dumps(OUTCOMES[job])):
+        with mutations.named(what):
+            try:
+                messages.check_outcome(job, parse(text))
+            except MalformedError as error:
+                assert "\n" not in str(error)  # noqa: PT017

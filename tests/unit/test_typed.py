@@ -98,6 +98,14 @@ def test_long_lists_of_numbers_are_checked_as_short_ones_are():
             read(kind, [0.5, bad], "n")
 
 
+def test_plain_numbers_by_name_are_checked_alike():
+    kind = dict[str, int | float]
+    assert read(kind, {"a": 1, "b": 0.5}, "n") == {"a": 1, "b": 0.5}
+    for bad in ({"a": True}, {"a": 2**63}, {"a": None}, {"a": "1"}, {"\ud800": 1}):
+        with pytest.raises(MalformedError, match=r"^n"):
+            read(kind, bad, "n")
+
+
 def test_a_file_of_json_is_a_file_and_not_without_end(tmp_path, monkeypatch):
     path = tmp_path / "a.json"
     path.write_text('{"a": [1]}')
