@@ -24,6 +24,7 @@ def atomic(path: Path) -> Iterator[Path]:
     part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        part.unlink(missing_ok=True)  # a link of that name, which somebody else may have made, would be followed
         yield part
         os.replace(part, path)
     except OSError as error:

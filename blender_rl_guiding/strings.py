@@ -9,7 +9,7 @@ from typing import IO, Annotated
 # What a terminal obeys, what turns the order of letters round, what ends a line, and halves of characters.
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 _UNFIT = re.compile(rf'{_UNSEEN.pattern}|[/\\:*?"<>|]|^$')  # in the name of a file, on one system or another
-LONGEST = 200  # bytes of a name: file systems take 255, and the names of figures and temporary files are longer
+LONGEST = 150  # bytes of a name: file systems take 255, and the names of figures and temporary files are longer
 
 
 def printable(text: str) -> str:

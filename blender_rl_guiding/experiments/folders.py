@@ -14,7 +14,7 @@ from .. import typed
 from ..errors import InputError, check_inside
 from ..images import read_exr
 from ..settings import recorded
-from ..strings import Name
+from ..strings import Name, fault_of_name
 from ..typed import Range
 from . import result_file
 from .results import MEASURES, Learnt, Results, Run, Truth
@@ -28,6 +28,13 @@ _Error = Annotated[float, Range(0.0, 1e30)]
 _Number = Annotated[float, Range(-1e30, 1e30)]
 _CURVE = dict.fromkeys(("samples", "mape_display", "relmse"), Range(0.0, 1e30))
 _CURVE |= dict.fromkeys(("seconds", "train_seconds", "infer_seconds"), Range(0.0, 1e12))
+
+
+def _no_word(text: str) -> str:
+    return fault_of_name(text) or ("is too long" if len(text) > 40 else "")
+
+
+_Word = Annotated[str, _no_word]  # that names of figures have in them
 
 
 @dataclass(frozen=True)
@@ -45,13 +52,13 @@ class _Plan:
 
 @dataclass(frozen=True)
 class _Encoder:
-    kind: Name
+    kind: str
 
 
 @dataclass(frozen=True)
 class _Guide:
-    kind: Name
-    error: Name = ""  # what the loss is of, where it learns by one
+    kind: _Word
+    error: _Word = ""  # what the loss is of, where it learns by one
     encoder: _Encoder = _Encoder("none")
 
 

@@ -1,5 +1,6 @@
 """The worker and its client, told what nobody should tell them: a bad line is one error, and the next one is as good as ever."""
 
+import io
 import json
 import subprocess
 import sys
@@ -34,7 +35,7 @@ NO_JOBS = [
     b"", b" ", b"{", b"null", b"[]", b"3", b'"render"', b"{}", b'{"job": null}', b'{"job": 3}', b'{"job": []}', b'{"job": "none"}',
     b"\xff\xfe",
     b"\x00", b'{"job": "rest"}\x00', b'{"job": "\\ud800"}', b'{"job": "rest", "job": "x"}', b'{"job": "rest", "more": 1}', b"[" * 100_000,
-    b'{"job": "render"}', b"x" * (messages.LONGEST + 5), b'{"job": "render", "bundle": "a\\u0000b", "settings": {}}',
+    b'{"job": "render"}', b'{"job": "rest"' + b" " * messages.LONGEST + b"}", b'{"job": "render", "bundle": "a\\u0000b", "settings": {}}',
 ]  # fmt: skip
 
 
@@ -62,6 +63,11 @@ def test_whatever_a_line_is_it_is_a_job_or_malformed():
             bad += 1
     assert good > 100
     assert bad > 1000
+
+
+def test_a_line_without_end_is_not_kept():
+    stream = io.BytesIO(b"a\n" + b"x" * (3 * messages.LONGEST) + b"\nb\nc")
+    assert [(line[:1], len(line)) for line in messages.lines(stream)] == [(b"a", 2), (b"x", messages.LONGEST + 1), (b"b", 2), (b"c", 1)]
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +138,7 @@ def test_whatever_a_renderer_says_it_is_an_event_or_malformed():
                     continue
             known = messages.EVENTS[event["event"]].__dataclass_fields__
             assert event.keys() >= known.keys()
-    for line in (b"", b"Warning: x", b"\xff", b'{"event": "status"}', b"x" * (messages.LONGEST + 1)):
+    for line in (b"", b"Warning: x", b"\xff", b'{"event": "status"}', EVENTS[-1].encode() + b" " * messages.LONGEST):
         with pytest.raises(MalformedError):
             messages.read_event(line)
 

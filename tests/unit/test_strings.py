@@ -1,10 +1,11 @@
 """Text that others chose: no terminal obeys it, and no path that is made of it leads elsewhere."""
 
 import unicodedata
+from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.experiments.progress import Terminal
 from blender_rl_guiding.strings import LONGEST, fault_of_name, fit, printable, say
 
@@ -19,6 +20,20 @@ GOOD = ["a", "a b", "a.b", "_", "-a", "=1+1", "[red]", "{{body}}", "$x^2$", "é"
 def test_what_cannot_be_the_name_of_a_file(name: str):
     assert fault_of_name(name)
     assert not fault_of_name(fit(name))
+
+
+def test_what_is_written_goes_through_no_link(tmp_path: Path):
+    """Temporary names can be guessed, and final ones are known."""
+    (tmp_path / "kept").write_text("kept")
+    with atomic(tmp_path / "a.txt") as temporary:
+        temporary.touch()
+    (tmp_path / "a.txt").unlink()
+    for path in (tmp_path / "a.txt", temporary):
+        path.symlink_to("kept")
+    with atomic(tmp_path / "a.txt") as part:
+        part.write_text("new")
+    assert (tmp_path / "kept").read_text() == "kept"
+    assert (tmp_path / "a.txt").read_text() == "new"
 
 
 @pytest.mark.parametrize("name", GOOD, ids=ascii)
