@@ -249,7 +249,7 @@ def _named(line: bytes, what: str, known: dict[str, Any]) -> tuple[str, dict[str
         raise MalformedError(f"a line of more than {LONGEST} bytes")
     values = parse(line)
     if not isinstance(values, dict) or not isinstance(values.get(what), str) or values[what] not in known:
-        raise MalformedError(f"{shown(values)} is no {what}: there are {', '.join(known)}")
+        raise MalformedError(f"{shown(values)} is none of the {what}s {', '.join(known)}")
     return values.pop(what), values
 
 

@@ -233,7 +233,7 @@ def main() -> None:
             patience = IDLE if isinstance(job, messages.Rest) else None
             WORK[type(job)](job, events)
         except MalformedError as error:
-            events.send("error", text=f"the renderer was given no job: {error}")
+            events.send("error", text=f"the renderer cannot take this job: {error}")
         except (InputError, SettingsError, FloatingPointError) as error:
             events.send("error", text=printable(str(error)))
 
