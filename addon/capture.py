@@ -1,6 +1,6 @@
-"""Exports a scene of the open file from the user interface or a command, and leaves the file and the last render as they were."""
+"""Exports a scene of the open file by a render of it, because only an engine is given the depsgraph in render mode."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -12,16 +12,37 @@ from blender_rl_guiding.scene.description import Loss
 
 from .engine import Exporter
 from .export.coverage import of_scene
+from .neutral import first_layer, neutral
 
 
 def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
     """The scene as a render of it would export it, by its first view layer that renders or the named one.
 
-    Only an engine is given a depsgraph in render mode, so this is a render, of a copy of the scene: the original keeps its engine and
-    its render result. InputError as in `export`, or what Blender itself has against rendering.
+    It is a render of a copy of the scene: the file and the last render stay as they were, and no render is heard of.
+    InputError as in `export`, or what Blender itself has against rendering.
     """
     if scene.camera is None:
         raise InputError(f"scene '{scene.name}' has no camera (Properties > Scene > Camera)")
+    copy = scene.copy()
+    name = copy.name
+    try:
+        with _unheard(), exporting(copy, view_layer) as exported:
+            return _renamed(exported(), name, scene.name)
+    except InputError as error:
+        raise InputError(str(error).replace(name, scene.name)) from error
+    finally:
+        bpy.data.scenes.remove(copy)
+
+
+def _renamed(data: SceneData, copy: str, name: str) -> SceneData:
+    """The scene under its own name instead of its copy's."""
+    losses = (Loss(*(text.replace(copy, name) for text in (loss.object, loss.where, loss.detail))) for loss in data.coverage)
+    return replace(data, name=data.name.replace(copy, name), coverage=tuple(losses))
+
+
+@contextmanager
+def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable[[], SceneData]]:
+    """Yields what exports a scene as it is then, by its first view layer that renders or the named one; its settings become neutral."""
     outcome: list[SceneData] = []
 
     class Capture(Exporter):
@@ -33,38 +54,24 @@ def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
         def deliver(self, scene: SceneData) -> None:
             outcome.append(scene)
 
+    def exported() -> SceneData:
+        outcome.clear()
+        render(scene, layer)
+        if not outcome:
+            raise InputError(f"Blender has not rendered scene '{scene.name}'")
+        return replace(outcome[0], coverage=(*own, *(loss for loss in outcome[0].coverage if loss not in own)))
+
+    layer = view_layer or first_layer(scene)
+    if not layer:
+        raise InputError(f"scene '{scene.name}' has no view layer that renders (Properties > View Layer > Use for Rendering)")
+    own = tuple(of_scene(scene, scene.view_layers[layer]))  # told before it is not to be seen any more
+    neutral(scene)
     bpy.utils.register_class(Capture)
     try:
-        with copied(scene) as copy:
-            name, copy.render.engine = copy.name, Capture.bl_idname
-            try:
-                render(copy, view_layer)
-            except InputError as error:
-                raise InputError(str(error).replace(name, scene.name)) from error
+        scene.render.engine = Capture.bl_idname
+        yield exported
     finally:
         bpy.utils.unregister_class(Capture)  # at once: it is not for the user's menu, and Blender 4.5 would hang at exit
-    return _of_original(outcome[0], name, scene, view_layer)
-
-
-def _of_original(data: SceneData, copy: str, scene: bpy.types.Scene, view_layer: str) -> SceneData:
-    """The scene under its own name instead of its copy's, with what is lost of settings that the copy does not have."""
-    layers = [scene.view_layers[view_layer]] if view_layer else [*(layer for layer in scene.view_layers if layer.use), *scene.view_layers]
-    own = tuple(of_scene(scene, layers[0]))
-    losses = (Loss(*(text.replace(copy, scene.name) for text in (loss.object, loss.where, loss.detail))) for loss in data.coverage)
-    return replace(data, name=data.name.replace(copy, scene.name), coverage=(*own, *(loss for loss in losses if loss not in own)))
-
-
-@contextmanager
-def copied(scene: bpy.types.Scene) -> Iterator[bpy.types.Scene]:
-    """A copy of a scene with the same objects, without compositing and sequencer; gone after the block, in which no render is heard of."""
-    copy = scene.copy()
-    copy.render.use_compositing = copy.render.use_sequencer = False
-    copy.render.use_freestyle = False  # of a copied scene it crashes Blender 5.2
-    try:
-        with _unheard():
-            yield copy
-    finally:
-        bpy.data.scenes.remove(copy)
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 blender -b --factory-startup --python cycles_pictures.py -- JOB.json OUT.npz
 
 A job is {"sky": properties of a Sky Texture node}, or {"blend": file, "world": name, "groups": names of the group nodes that lead to the
-node, "node": its name, "output": identifier of its output, "frame": number}.
+node, "node": its name, "output": identifier of its output, "frame": number}. It ends when its stdin does.
 """
 
 import json
@@ -15,6 +15,10 @@ from typing import Any
 
 import bpy
 import numpy as np
+
+sys.path.append(str(Path(__file__).parent))  # there is no add-on in that Blender
+
+from lifeline import hold
 
 WIDTH, HEIGHT = 512, 256  # of a sky: those of the tables that Cycles itself reads the scattering models from
 ACROSS = 1024  # pixels around the horizon, of anything else
@@ -194,7 +198,9 @@ def brought_out(tree: bpy.types.NodeTree, groups: list[str], job: dict[str, Any]
 
 def main(arguments: list[str]) -> int:
     """Make the pictures of a job; gives the exit status, with the reason on stderr."""
+    hold()
     job, out = json.loads(Path(arguments[0]).read_text(encoding="utf-8")), Path(arguments[1])
+    tempfile.tempdir = str(out.parent)  # which does not outlive the parent either
     try:
         pictures = sky(job["sky"]) if "sky" in job else node(job)
     except (RuntimeError, TypeError, AttributeError) as error:  # Blender's refusals: to render, and of a value or a property

@@ -1,6 +1,5 @@
 """The render engine RL Guided: what Blender calls on F12, and the only place that sees a depsgraph in render mode."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,7 @@ import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.leftovers import temporary_folder
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.chance import left_to_chance
 from blender_rl_guiding.scene.data import SceneData
@@ -77,7 +77,7 @@ class RLGuided(Exporter):
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         settings = read(depsgraph.scene.rl_guiding, Render)
         job = {"settings": to_dict(settings), "machine": machine(depsgraph.scene.render)}
-        with worker_client.borrowed(environment.python()) as worker, tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+        with worker_client.borrowed(environment.python()) as worker, temporary_folder() as folder:
             worker.send("prepare", **job)
             self.update_stats("", "Exporting the scene")
             scene = _told(depsgraph, self.frame_set, self.test_break)
@@ -104,14 +104,18 @@ class RLGuided(Exporter):
             blf.draw(0, text)
 
     def _follow(self, worker: worker_client.Worker, frames: Path, width: int, height: int, layer: str) -> None:
-        """Show what the renderer tells until it is done, or the user has enough."""
+        """Show what the renderer tells until it is done, or the user has enough; its last note beside how far it is."""
+        note = ""
         while not self.test_break():
             event = worker.event(LOOK)
             if event["event"] == "status":
                 self.update_stats("", event["text"])
+            elif event["event"] == "note":
+                note = event["text"]
+                self.report({"INFO"}, note)
             elif event["event"] == "pass":
                 self.update_progress(event["samples"] / event["of"])
-                self.update_stats("", status_line(event))
+                self.update_stats(note, status_line(event))
             if event["event"] == "done" or event.get("shown"):
                 self._show(frames, width, height, layer)
             if event["event"] == "done":

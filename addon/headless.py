@@ -10,20 +10,18 @@ Scripts inside the .blend do not run, and neither the file nor the user's prefer
 
 import argparse
 import json
+import queue
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
-
-import bpy
+from typing import Any, NoReturn
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import addon
-from addon.engine import Exporter
+from addon.capture import exporting
 from addon.export.coverage import summary
+from addon.lifeline import hold
 from addon.views import opened, source_key
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import save
@@ -34,56 +32,20 @@ from blender_rl_guiding.scene.view import AUTO, View
 
 def _export(options: argparse.Namespace) -> dict[str, Any]:
     """Write the one bundle that was asked for."""
-    with _exporting(opened(options.blend, options.view)) as exported:
+    with exporting(opened(options.blend, options.view)) as exported:
         return _written(options, viewed(exported(), options.view))
 
 
-def _export_frames(options: argparse.Namespace) -> dict[str, Any]:
+def _export_frames(options: argparse.Namespace, wanted: "queue.Queue[str]") -> NoReturn:
     """Write bundles as long as frames are asked for. The camera that frames all stands where it does at the frame of the view."""
     scene = opened(options.blend, options.view)
     _tell({"ok": str(options.bundle), "source": source_key(options.blend, options.view)})
-    with _exporting(scene) as exported:
+    with exporting(scene) as exported:
         camera = viewed(exported(), options.view).camera if options.view.camera == AUTO else None
-        for line in sys.stdin:
-            scene.frame_set(int(line))
+        while True:
+            scene.frame_set(int(wanted.get()))
             data = exported()
             _tell(_written(options, replace(data, camera=camera) if camera else data))
-    return {"ok": str(options.bundle)}
-
-
-@contextmanager
-def _exporting(scene: bpy.types.Scene) -> Iterator[Callable[[], SceneData]]:
-    """Yields what exports the scene as it is then, by a render of it, because only an engine is given the depsgraph in render mode."""
-    outcome: list[SceneData] = []
-
-    class Export(Exporter):
-        """Keeps the scene; the image stays black."""
-
-        bl_idname = "RL_GUIDED_EXPORT"
-        bl_label = "RL Guided Export"
-
-        def deliver(self, scene: SceneData) -> None:
-            outcome.append(scene)
-
-    def exported() -> SceneData:
-        outcome.clear()
-        _render(scene)
-        return outcome[0]  # of the first view layer and eye; the coverage report says that only they are taken
-
-    bpy.utils.register_class(Export)
-    try:
-        scene.render.engine = Export.bl_idname
-        scene.render.use_compositing = scene.render.use_sequencer = False
-        yield exported
-    finally:
-        bpy.utils.unregister_class(Export)  # or Blender 4.5 hangs at exit
-
-
-def _render(scene: bpy.types.Scene) -> None:
-    try:
-        bpy.ops.render.render(scene=scene.name)
-    except RuntimeError as error:  # what the engine reported, or Blender's own refusal
-        raise InputError(" ".join(str(error).removeprefix("Error: ").split())) from error
 
 
 def _written(options: argparse.Namespace, scene: SceneData) -> dict[str, Any]:
@@ -105,11 +67,15 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("bundle", type=Path)
     parser.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
     parser.add_argument("--view", type=View.from_json, default=View(), help="what of the file to take, as JSON")
-    parser.add_argument("--frames", action="store_true", help="export the frames whose numbers come on stdin")
+    parser.add_argument("--frames", action="store_true", help="export the frames whose numbers come on stdin, until that ends")
+    parser.add_argument("--held", action="store_true", help="end when stdin does")
     options = parser.parse_args(arguments)
+    wanted: queue.Queue[str] = queue.Queue()
+    if options.held or options.frames:
+        hold(wanted.put)
     addon.register()
     try:
-        outcome = _export_frames(options) if options.frames else _export(options)
+        outcome = _export_frames(options, wanted) if options.frames else _export(options)
     except InputError as error:
         outcome = {"error": str(error)}
     finally:

@@ -2,7 +2,6 @@
 
 import json
 import queue
-import signal
 import subprocess
 import tempfile
 import threading
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from blender_rl_guiding import __version__, messages
+from blender_rl_guiding.children import fate
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.typed import MalformedError
 
@@ -98,10 +98,7 @@ class Worker:
             self._child.stdin.close()
         with self._complaints as file:
             file.seek(0)
-            said = file.read().decode("utf-8", "replace").strip().splitlines()
-        how = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
-        why = said[-1] if said else "too little memory?" if how.endswith("SIGKILL") else "it gave no reason"
-        return f"the renderer {how}: {why}"
+            return f"the renderer {fate(status, file.read().decode('utf-8', 'replace').strip())}"
 
 
 def _event(line: bytes) -> dict[str, Any] | MalformedError:

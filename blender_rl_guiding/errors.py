@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from .leftovers import part_of
 from .strings import printable
 
 
@@ -21,7 +22,7 @@ def atomic(path: Path) -> Iterator[Path]:
 
     The name keeps the suffix of `path`. InputError where the file cannot be written.
     """
-    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    part = part_of(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.unlink(missing_ok=True)  # a link of that name, which somebody else may have made, would be followed

@@ -10,8 +10,9 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 
 from .. import capture
+from ..neutral import PIPELINE, apply, first_layer
 
-_OWN = {"use_border": False, "use_compositing": False, "use_sequencer": False, "use_multiview": False, "resolution_percentage": 100}
+_OWN = PIPELINE | {"use_border": False, "resolution_percentage": 100}
 
 
 def put(scene: bpy.types.Scene, images: dict[str, bpy.types.Image]) -> None:
@@ -39,7 +40,7 @@ def put(scene: bpy.types.Scene, images: dict[str, bpy.types.Image]) -> None:
             shown[:] = [pixels(image)]
             _choose_slot(name)
             with _rendering(scene, Show.bl_idname, image.size):
-                capture.render(scene, next(layer.name for layer in scene.view_layers if layer.use))
+                capture.render(scene, first_layer(scene))
             if name not in [slot.name for slot in _slots()]:  # there was no Render Result before
                 _slots().active.name = name
         _choose_slot(next(iter(images)))
@@ -82,11 +83,9 @@ def _choose_slot(name: str) -> None:
 def _rendering(scene: bpy.types.Scene, engine: str, size: Any) -> Iterator[None]:
     """The scene's render settings are those of an image of that size for the length of the block."""
     own = _OWN | {"engine": engine, "resolution_x": size[0], "resolution_y": size[1]}
-    before = {name: getattr(scene.render, name) for name in own}
+    before = {name: getattr(scene.render, name) for name in own if hasattr(scene.render, name)}
     try:
-        for name, value in own.items():
-            setattr(scene.render, name, value)
+        apply(own, scene.render)
         yield
     finally:
-        for name, value in before.items():
-            setattr(scene.render, name, value)
+        apply(before, scene.render)

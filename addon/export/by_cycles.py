@@ -1,9 +1,6 @@
 """Pictures of what only Cycles can compute, by a Blender of its own: no render can begin within another one."""
 
-import contextlib
 import json
-import subprocess
-import tempfile
 import time
 import zipfile
 import zlib
@@ -12,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from blender_rl_guiding.children import Child, running
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.leftovers import temporary_folder
 
 from ..another_blender import command
 from .stop import Stop, Stopped, never
@@ -29,7 +28,7 @@ def render(job: dict[str, Any], path: Path, stop: Stop = never, **shapes: tuple[
 
     Stopped where the user does not want to wait.
     """
-    with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+    with temporary_folder() as folder:
         written = Path(folder, "job.json")
         written.write_text(json.dumps(job), encoding="utf-8")
         _run([str(written), str(path)], stop)
@@ -56,27 +55,17 @@ def opaque(colors: np.ndarray) -> np.ndarray:
 
 def _run(arguments: list[str], stop: Stop) -> None:
     """Run the script in another Blender."""
-    whole = [*command(SCRIPT), *arguments]
-    null, pipe = subprocess.DEVNULL, subprocess.PIPE
-    try:
-        child = subprocess.Popen(whole, stdin=null, stdout=null, stderr=pipe)
-    except OSError as error:
-        raise InputError(f"cannot start {whole[0]}: {error.strerror or error}") from error
-    with child:
-        try:
-            said = _said(child, stop).decode(errors="replace").strip().splitlines()
-        finally:
-            child.kill()  # nothing, where it is done
-    if child.returncode:
-        raise InputError(f"Blender failed with status {child.returncode}: {said[-1] if said else 'it said nothing'}")
+    with running([*command(SCRIPT), *arguments]) as child:
+        _wait(child, stop)
+        if child.process.returncode:
+            raise InputError(f"Blender {child.fate()}")
 
 
-def _said(child: subprocess.Popen[bytes], stop: Stop) -> bytes:
-    """All errors that a child writes until it ends. InputError where that takes too long."""
+def _wait(child: Child, stop: Stop) -> None:
+    """InputError where it takes too long."""
     end = time.monotonic() + _PATIENCE
-    while time.monotonic() < end:
+    while not child.ended(_LOOK):
         if stop():
             raise Stopped
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            return child.communicate(timeout=_LOOK)[1]
-    raise InputError(f"Blender was not done after {_PATIENCE:g} seconds")
+        if time.monotonic() > end:
+            raise InputError(f"Blender was not done after {_PATIENCE:g} seconds")

@@ -145,6 +145,9 @@ def of_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterato
     for kind in ("material", "world"):
         if getattr(view_layer, f"{kind}_override", None):
             yield Loss(scene.name, f"view layer '{view_layer.name}'", f"{kind} override: not applied")
+    for kind, shown in (("Environment", view_layer.use_sky), ("Surfaces", view_layer.use_solid)):
+        if not shown:
+            yield Loss(scene.name, f"view layer '{view_layer.name}'", f"filter {kind} is off: rendered all the same")
 
 
 def _render_settings(scene: bpy.types.Scene) -> Iterable[tuple[str, bool]]:

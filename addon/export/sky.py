@@ -9,7 +9,6 @@ import json
 import math
 import os
 import shutil
-import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from blender_rl_guiding.cache import cache_home
 from blender_rl_guiding.errors import InputError, atomic
+from blender_rl_guiding.leftovers import sweep, temporary_folder
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Color
 
@@ -86,7 +86,7 @@ def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
     path = cache_home() / "skies" / f"{key}.npz"
     with contextlib.suppress(*by_cycles.DAMAGE):
         return by_cycles.read(path, **_SHAPES)
-    with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+    with temporary_folder() as folder:
         made = Path(folder, path.name)
         arrays = by_cycles.render({"sky": values}, made, stop, **_SHAPES)
         with contextlib.suppress(InputError), atomic(path) as part:  # without a cache it takes longer, no more
@@ -96,7 +96,8 @@ def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
 
 
 def _let_go(folder: Path) -> None:
-    """Remove all but the newest; another process may do so at the same time."""
+    """Remove all but the newest, and what killed processes left; another process may do so at the same time."""
+    sweep(folder)
     with contextlib.suppress(OSError):
         newest = sorted(folder.glob("[!.]*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
         for file in newest[_KEPT:]:

@@ -1,11 +1,11 @@
 """The surroundings as a shader; where a node of it is not supported, a picture of what it looks like."""
 
-import tempfile
 from pathlib import Path
 
 import bpy
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.leftovers import temporary_folder
 from blender_rl_guiding.scene.data import Texture
 from blender_rl_guiding.scene.description import VISIBLE, Closure, Loss, Shader, Value
 from blender_rl_guiding.scene.ops import Interpolation, Projection
@@ -47,7 +47,7 @@ class _WorldNetwork(Network):
 
 def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Texture:
     """What comes out of a node, all around. InputError where Blender does not tell."""
-    with tempfile.TemporaryDirectory(prefix="rl_guided-") as folder:
+    with temporary_folder() as folder:
         blend = _file_with(world.original, Path(folder, "world.blend"))
         groups = [group.name for group in at.path]
         job = {"blend": str(blend), "world": world.name, "groups": groups, "node": at.node.name, "output": output, "frame": frame}

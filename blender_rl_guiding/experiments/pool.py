@@ -4,6 +4,7 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from multiprocessing import resource_tracker
@@ -11,6 +12,7 @@ from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Self
 
+from ..children import fate
 from ..render import warm_up
 from ..settings import Machine
 from .tasks import Outcome, Pace, Task, attempt
@@ -81,7 +83,7 @@ class _Worker:
             told = self.pipe.recv()
         except (EOFError, ConnectionError):
             self.process.join()
-            told = Outcome(f"its process ended with status {self.process.exitcode}", None)
+            told = Outcome(f"its process {fate(self.process.exitcode or 0, '')}", None)
         if isinstance(told, Outcome):
             self.task = None
         return task, told
@@ -120,7 +122,8 @@ class _Workers:
 
 
 def _serve(pipe: Connection, machine: Machine) -> None:
-    """A child's life: does the tasks that come through the pipe until nobody is at its other end, or a signal ends it."""
+    """A child's life: does the tasks that come through the pipe until its parent or a signal ends it, or the parent is killed."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as an exception, so that no file is left half-written
     ready: set[str] = set()
     try:
@@ -135,3 +138,11 @@ def _serve(pipe: Connection, machine: Machine) -> None:
         return
     except KeyboardInterrupt:
         os._exit(1)  # torch's threads are not waited for
+
+
+def _end_with_parent() -> None:
+    """At once, or a run would go on until it has something to tell."""
+    parent = multiprocessing.parent_process()
+    assert parent
+    parent.join()
+    os._exit(1)

@@ -4,13 +4,14 @@ import importlib.util
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..children import Child, running
 from ..errors import InputError
+from ..leftovers import temporary_folder
 from ..typed import MalformedError, parse, read
 from .bundle import load
 from .data import SceneData
@@ -39,8 +40,8 @@ def opening(path: Path, blender: Path | None = None, view: View = View()) -> Ite
         yield lambda: scene
         return
     command = exporter(path, blender)
-    with tempfile.TemporaryDirectory() as folder:
-        bundle = Path(folder) / f"{path.stem}.npz"
+    with temporary_folder() as folder:
+        bundle = Path(folder, f"{path.stem}.npz")
         with _exporting(command, path, bundle, view) as finish:
 
             def opened() -> SceneData:
@@ -59,7 +60,7 @@ def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bo
     try:
         bundle.parent.mkdir(parents=True, exist_ok=True)
         # A folder for the child to write to, so that nothing remains of it even if it is killed.
-        with tempfile.TemporaryDirectory(prefix=".export-", dir=bundle.parent) as folder:
+        with temporary_folder(bundle.parent) as folder:
             part = Path(folder).resolve() / bundle.name
             with _exporting(command, blend, part, view, *["--strict"] * strict) as finish:
                 coverage = finish()
@@ -96,25 +97,19 @@ def exporter(blend: Path, blender: Path | None) -> list[str]:
 @contextmanager
 def _exporting(command: list[str], blend: Path, bundle: Path, view: View, *options: str) -> Iterator[Callable[[], tuple[Loss, ...]]]:
     """A child that exports; yields what waits for its end and gives the coverage report. The child never outlives the block."""
-    arguments = [*command, str(blend.resolve()), str(bundle), "--view", view.to_json(), *options]
-    pipe = subprocess.PIPE
-    try:
-        child = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace")
-    except OSError as error:
-        raise InputError(f"cannot run {command[0]}: {error.strerror or error}") from error
-    with child:
-        try:
-            yield lambda: _coverage(child, blend)
-        finally:
-            child.kill()  # which does nothing to one that has ended
+    arguments = [*command, str(blend.resolve()), str(bundle), "--view", view.to_json(), "--held", *options]
+    with running(arguments, stdout=subprocess.PIPE) as child:
+        yield lambda: _coverage(child, blend)
 
 
-def _coverage(child: subprocess.Popen[str], blend: Path) -> tuple[Loss, ...]:
+def _coverage(child: Child, blend: Path) -> tuple[Loss, ...]:
     """The coverage report in the JSON line of a finished export."""
-    said, complained = child.communicate()
+    assert child.process.stdout
+    said = child.process.stdout.read()
+    child.ended()
     outcome = next((found for line in reversed(said.splitlines()) if (found := outcome_of(line))), None)
     if outcome is None:
-        raise failure(blend, child.returncode, complained.strip() or said.strip())
+        raise failure(blend, child, said)
     return outcome.coverage
 
 
@@ -141,6 +136,6 @@ def outcome_of(line: str) -> Outcome | None:
     return outcome
 
 
-def failure(blend: Path, status: int, words: str) -> InputError:
+def failure(blend: Path, child: Child, said: str = "") -> InputError:
     """The error of an exporter that ended without a word about it."""
-    return InputError(f"Blender failed on {blend} with status {status}: {(words or 'it said nothing').splitlines()[-1]}")
+    return InputError(f"Blender failed on {blend}: it {child.fate(said)}")

@@ -134,6 +134,12 @@ def test_overrides_of_the_view_layer(run: Export, scene: bpy.types.Scene, plane:
     assert lines(run()) == ["Scene, view layer 'ViewLayer': material override: not applied"]
 
 
+@pytest.mark.parametrize(("name", "words"), [("use_sky", "Environment"), ("use_solid", "Surfaces")])
+def test_filters_of_the_view_layer(name: str, words: str, run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
+    setattr(scene.view_layers[0], name, False)
+    assert lines(run()) == [f"Scene, view layer 'ViewLayer': filter {words} is off: rendered all the same"]
+
+
 @pytest.mark.parametrize(
     ("kind", "panorama", "name"), [("PANO", "FISHEYE_EQUISOLID", "FISHEYE_EQUISOLID"), ("CUSTOM", "EQUIRECTANGULAR", "CUSTOM")]
 )

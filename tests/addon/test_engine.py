@@ -17,6 +17,7 @@ from addon.engine import PASSES, status_line
 from addon.export import by_cycles
 from addon.export.scene import export
 from addon.properties import write
+from blender_rl_guiding import leftovers
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.render import render
 from blender_rl_guiding.render.denoise import denoised
@@ -178,14 +179,14 @@ def test_a_fault_of_the_add_on_is_a_line_and_no_black_picture(
 
 
 def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path / "unplugged"))
+    monkeypatch.setattr(leftovers.tempfile, "tempdir", str(tmp_path / "unplugged"))
     with pytest.raises(RuntimeError, match=r"No such file or directory.*unplugged"):
         f12(lit, tmp_path)
 
 
 @pytest.mark.parametrize("room", [100, 3000])  # bytes in a file: less than the scene takes, and less than an image takes
 def test_no_space_left_is_a_line_and_leaves_nothing(room: int, lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(leftovers.tempfile, "tempdir", str(tmp_path))
     write(lit.rl_guiding, SETTINGS)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
@@ -199,7 +200,7 @@ def test_no_space_left_is_a_line_and_leaves_nothing(room: int, lit: bpy.types.Sc
 
 
 def test_nothing_is_left_in_the_temporary_folder(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path / "é ü 你好"))
+    monkeypatch.setattr(leftovers.tempfile, "tempdir", str(tmp_path / "é ü 你好"))
     (tmp_path / "é ü 你好").mkdir()
     write(lit.rl_guiding, SETTINGS)
     f12(lit, tmp_path)
@@ -229,6 +230,16 @@ def test_esc_is_heard_while_another_blender_is_waited_for(lit: bpy.types.Scene, 
     lit.render.engine = "RL_GUIDED"
     bpy.ops.render.render()
     assert waited == [stop]
+
+
+def test_a_note_of_the_renderer_is_told(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture):
+    events = iter([{"event": "note", "text": "goes on from sample 400"}])
+    real = worker_client.Worker.event
+    monkeypatch.setattr(worker_client.Worker, "event", lambda self, timeout: next(events, None) or real(self, timeout))
+    write(lit.rl_guiding, SETTINGS)
+    lit.render.engine = "RL_GUIDED"
+    bpy.ops.render.render()
+    assert "Info: goes on from sample 400" in capfd.readouterr().out
 
 
 def test_the_status_line_tells_samples_learning_and_time():

@@ -159,8 +159,8 @@ def test_a_sky_that_cannot_be_made_is_reported(world: bpy.types.World, cache: Pa
 
 
 FAULTS = {
-    "dies": ("import sys; sys.exit('out of\\nmemory')", "Blender failed with status 1: memory"),
-    "says nothing": ("import os; os._exit(3)", "Blender failed with status 3: it said nothing"),
+    "dies": ("import sys; sys.exit('out of\\nmemory')", "Blender ended with status 1: memory"),
+    "says nothing": ("import os; os._exit(3)", "Blender ended with status 3: it gave no reason"),
     "writes nothing": ("pass", "Blender left no pictures: [Errno 2]"),
     "writes nonsense": ("import sys; open(sys.argv[2], 'w').write('x')", "Blender left no pictures: "),
     "waits": ("import time; time.sleep(60)", "Blender was not done after 0.5 seconds"),
@@ -186,7 +186,7 @@ def test_a_blender_that_is_not_there_is_a_line(tmp_path: Path, monkeypatch: pyte
         raise FileNotFoundError(2, "No such file or directory")
 
     monkeypatch.setattr(subprocess, "Popen", start)
-    with pytest.raises(InputError, match=r"^cannot start .*: No such file or directory$"):
+    with pytest.raises(InputError, match=r"^cannot run .*: No such file or directory$"):
         by_cycles.render({}, tmp_path / "out.npz")
 
 

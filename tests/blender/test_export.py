@@ -142,9 +142,10 @@ def test_a_missing_bpy_says_what_to_do(tmp_path: Path, monkeypatch: pytest.Monke
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("echo boom >&2; exit 3", "with status 3: boom$"),
-        ("kill -SEGV $$", "with status -11: it said nothing$"),
-        ("true", "with status 0: it said nothing$"),
+        ("echo boom >&2; exit 3", "it ended with status 3: boom$"),
+        ("kill -SEGV $$", "it was ended by SIGSEGV: it gave no reason$"),
+        ("kill -KILL $$", r"it was ended by SIGKILL: too little memory\?$"),
+        ("true", "it ended with status 0: it gave no reason$"),
         ("""echo '{"error": "object X: bad"}'; exit 1""", "^object X: bad$"),
     ],
 )
@@ -176,7 +177,7 @@ from pathlib import Path
 from blender_rl_guiding.scene import blend
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background jobs ignore it
 def told(child, path):
-    print(child.pid, flush=True)
+    print(child.process.pid, flush=True)
     return real(child, path)
 real, blend._coverage = blend._coverage, told
 scene, bundle, blender = map(Path, sys.argv[1:])

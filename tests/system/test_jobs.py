@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -104,7 +105,7 @@ def test_a_process_that_dies_is_replaced(compiled, tmp_path):
     tasks = [task(tmp_path, tiny, "deadly", truth=Deadly()), *(task(tmp_path, tiny, name) for name in "abc")]
     ended: dict[str, Outcome] = {}
     perform_all(tasks, Machine(), 2, lambda task, pace: None, lambda task, outcome: ended.update({task.method: outcome}))
-    assert ended["deadly"] == Outcome("its process ended with status 3", None)
+    assert ended["deadly"] == Outcome("its process ended with status 3: it gave no reason", None)
     assert all(ended[name].seconds for name in "abc")
 
 
@@ -142,3 +143,38 @@ def test_ctrl_c_reaches_no_child():
     """Not even the first, before which Python starts a process of its own that unblocks the signal."""
     done = subprocess.run([sys.executable, "-c", MASKS], capture_output=True, text=True, check=True, timeout=PATIENCE)
     assert done.stdout.split() == ["1", "1"]
+
+
+PARENT = """
+import multiprocessing, sys
+from pathlib import Path
+from blender_rl_guiding.experiments.pool import perform_all
+from blender_rl_guiding.settings import Machine
+from tests import scenes
+from tests.system.test_jobs import endless, task
+
+if __name__ == "__main__":
+    tasks = [endless(task(Path(sys.argv[1]), scenes.tiny(8), name)) for name in "ab"]
+    def on_pace(task, pace):
+        print("children", *(child.pid for child in multiprocessing.active_children()), flush=True)
+    perform_all(tasks, Machine(), 2, on_pace, lambda task, outcome: None)
+"""
+
+
+def endless(task: Task) -> Task:
+    """The run with more samples than anyone waits for."""
+    return replace(task, settings=replace(task.settings, spp=1_000_000))
+
+
+def test_no_process_outlives_one_that_is_killed(compiled, tmp_path):
+    script = tmp_path / "parent.py"  # a file, which its children import
+    script.write_text(PARENT)
+    variables = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, str(script), str(tmp_path)], env=variables, stdout=pipe, stderr=pipe, text=True) as parent:
+        assert parent.stdout
+        children = next(line.split()[1:] for line in parent.stdout if line.startswith("children "))
+        assert len(children) == 2
+        parent.kill()
+        _, said = parent.communicate(timeout=PATIENCE)  # as long as there is anyone who could say something
+    assert said == ""

@@ -1,0 +1,88 @@
+"""The settings of a scene by which a render would be another picture than of the scene, would crash, or would write files.
+
+| door                             | from here                     | what it keeps on purpose                                              |
+|----------------------------------|-------------------------------|-----------------------------------------------------------------------|
+| headless.py, capture.py: export  | `neutral`                     | frame, camera, size, render region, film, bounces, Simplify, and      |
+|                                  |                               | motion blur, of which it lists what it leaves out                     |
+| cycles_reference.py              | `neutral`, `CYCLES`, crop     | the same, so that it is of the same pixels; no motion blur            |
+| comparison/slots.py: shows images| `PIPELINE`, taken back after  | all else: it is the user's scene                                      |
+| cycles_pictures.py               | nothing: a scene of its own   | a world of the user's file                                            |
+| F12                              | nothing: it is as asked for   | everything                                                            |
+
+It also stands alone, in a Blender without the add-on. Names that a version of Blender does not have are skipped.
+"""
+
+from typing import Any
+
+import bpy
+
+# What Blender does around a render, whoever the engine is: scene.render.
+PIPELINE: dict[str, Any] = {
+    "use_freestyle": False,  # lines over the image; crashes Blender 5.2 with an engine that gives no image, or a scene that is a copy
+    "use_compositing": False,  # another image; its File Outputs write files
+    "use_sequencer": False,  # strips instead of the scene
+    "use_multiview": False,  # other cameras, two images in one file, or files of other names
+    "use_stamp": False,  # text over the image, in floats, too
+    "use_auto_generate_texture_cache": False,  # writes files beside the user's textures
+    "use_texture_cache": False,  # textures filtered beforehand
+}
+# What an image is written as: scene.render.image_settings. In this order, for each decides what the next may be.
+_IMAGE: dict[str, Any] = {
+    "media_type": "IMAGE",  # a video has a least size
+    "file_format": "OPEN_EXR",
+    "color_mode": "RGB",
+    "color_depth": "32",
+    "exr_codec": "ZIP",  # some lose precision
+    "views_format": "INDIVIDUAL",
+    "color_management": "FOLLOW_SCENE",  # linear, without the display's look
+}
+# What of the scene a view layer shows: each of scene.view_layers.
+_LAYER: dict[str, Any] = {
+    "material_override": None,
+    "world_override": None,
+    "use_solid": True,
+    "use_sky": True,
+    "use_grease_pencil": False,  # drawn over the image by the graphics card
+    "samples": 0,  # no number of its own
+}
+# What changes Cycles' mean, or ties its noise to that of other pixels or images: scene.cycles.
+CYCLES: dict[str, Any] = {
+    "use_adaptive_sampling": False,
+    "use_denoising": False,
+    "sample_clamp_direct": 0.0,
+    "sample_clamp_indirect": 0.0,
+    "blur_glossy": 0.0,
+    "caustics_reflective": True,
+    "caustics_refractive": True,
+    "light_sampling_threshold": 0.0,
+    "use_fast_gi": False,
+    "use_guiding": False,
+    "use_pixel_jitter": False,  # for who looks for errors in Cycles: one place in the pixel for all
+    "auto_scrambling_distance": False,
+    "scrambling_distance": 1.0,
+    "use_animated_seed": False,
+    "time_limit": 0.0,
+    "sample_offset": 0,
+    "use_sample_subset": False,
+    "seed": 1_000_003,  # far from the seeds that people choose
+}
+
+
+def neutral(scene: bpy.types.Scene) -> None:
+    """Make a scene one that renders nothing but itself, into a linear EXR without loss, and writes no other file. There is no way back."""
+    apply(PIPELINE, scene.render)
+    apply(_IMAGE, scene.render.image_settings)
+    for layer in scene.view_layers:
+        apply(_LAYER, layer)
+
+
+def apply(settings: dict[str, Any], owner: Any) -> None:
+    """Set them."""
+    for name, value in settings.items():
+        if name in owner.bl_rna.properties:
+            setattr(owner, name, value)
+
+
+def first_layer(scene: bpy.types.Scene) -> str:
+    """The name of the view layer that is taken; empty where none renders."""
+    return next((layer.name for layer in scene.view_layers if layer.use), "")

@@ -1,0 +1,53 @@
+"""Programs that are run for a while: none outlives the block that needs it, nor this process, however that ends."""
+
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO
+
+from .errors import InputError
+
+
+class Child:
+    """A program that runs. It is to end when its stdin does, see `addon/lifeline.py`: the system closes that with this process."""
+
+    def __init__(self, process: "subprocess.Popen[str]", complaints: IO[str]) -> None:
+        self.process, self._complaints = process, complaints
+
+    def ended(self, patience: float | None = None) -> bool:
+        """Whether it ends within so many seconds; None waits for it."""
+        try:
+            self.process.wait(patience)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def fate(self, said: str = "") -> str:
+        """As the function, of a child that has ended: by the last line on stderr, or else of what it said elsewhere."""
+        self._complaints.seek(0)
+        return fate(self.process.returncode, self._complaints.read().strip() or said.strip())
+
+
+def fate(status: int, said: str) -> str:
+    """How a program ended, and the last line that it said about it: "ended with status 1: no such file"."""
+    how = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+    why = said.splitlines()[-1] if said else "too little memory?" if how.endswith("SIGKILL") else "it gave no reason"
+    return f"{how}: {why}"
+
+
+@contextmanager
+def running(command: list[str], stdout: int = subprocess.DEVNULL) -> Iterator[Child]:
+    """Start a program, and kill it after the block. InputError where it cannot be started."""
+    pipe = subprocess.PIPE
+    with tempfile.TemporaryFile("w+", errors="replace") as complaints:  # a pipe that nobody reads would fill up
+        try:
+            process = subprocess.Popen(command, stdin=pipe, stdout=stdout, stderr=complaints, text=True, errors="replace")
+        except OSError as error:
+            raise InputError(f"cannot run {command[0]}: {error.strerror or error}") from error
+        with process:
+            try:
+                yield Child(process, complaints)
+            finally:
+                process.kill()  # which does nothing to one that has ended
