@@ -26,6 +26,7 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, add_view, chosen_view
 from blender_rl_guiding.settings import Machine, Render
+from blender_rl_guiding.strings import say
 
 from . import environment
 from .capture import captured
@@ -50,7 +51,7 @@ def main(arguments: list[str]) -> int:
     except SystemExit as end:  # argparse has said why
         return int(end.code or 0)
     except (InputError, schema.SettingsError) as error:
-        print(f"{NAME}: {error}", file=sys.stderr)
+        say(f"{NAME}: {error}", sys.stderr)
         return 2
     return 0
 
@@ -62,8 +63,8 @@ def _export(options: argparse.Namespace) -> None:
         raise InputError(f"{options.scene.name}: {summary(data.coverage)}")
     save(data, options.bundle)
     for loss in data.coverage:
-        print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    print(f"wrote {options.bundle}, {len(data.coverage) or 'nothing'} left out or replaced")
+        say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
+    say(f"wrote {options.bundle}, {len(data.coverage) or 'nothing'} left out or replaced")
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -73,7 +74,7 @@ def _render(options: argparse.Namespace) -> None:
     settings = render_settings(options, read(scene.rl_guiding, Render))
     values = {"settings": schema.to_dict(settings), "machine": _machine(options), "out": _absolute(options.out)}
     _work(viewed(captured(scene), view), "render", values | {"method": options.preset or settings.guide.kind})
-    print(options.out / "image.exr")
+    say(options.out / "image.exr")
 
 
 def _compare(options: argparse.Namespace) -> None:
@@ -102,7 +103,7 @@ def _compare(options: argparse.Namespace) -> None:
     values |= {"command": options.text, "machine": _machine(options), "jobs": options.jobs, "out": _absolute(options.out)}
     outcome = _work(viewed(captured(scene), view), "compare", values, cycles)
     print(_table(outcome["methods"]))
-    print(outcome["page"])
+    say(outcome["page"])
     if outcome["failed"]:
         raise InputError(f"{outcome['failed']} of the runs failed, as told above; the same command tries them again")
 
@@ -120,13 +121,13 @@ def _work(data: SceneData, job: str, values: dict[str, Any], cycles: Cycles | No
     def tell(status: running.Status) -> None:
         nonlocal told
         if status.text != told and not status.text.startswith("Sample "):
-            print(status.text, file=sys.stderr, flush=True)
+            say(status.text, sys.stderr)
             told = status.text
 
     steps = working(environment.python(), data, job, values, PATIENCE, cycles)
     running.complete(job, steps, lambda done: outcome.update(done) or "", tell)
     for note in outcome["notes"]:
-        print(note, file=sys.stderr)
+        say(note, sys.stderr)
     return outcome
 
 

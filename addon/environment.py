@@ -3,11 +3,10 @@
 Nothing is ever installed from here: whatever is missing is named, with the command that mends it.
 """
 
-import json
 import re
 import subprocess
 import time
-from dataclasses import fields
+from contextlib import suppress
 from pathlib import Path
 
 import bpy
@@ -15,6 +14,7 @@ import bpy
 from blender_rl_guiding import __version__
 from blender_rl_guiding.environment import PACKAGE, Part, find
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.typed import MalformedError, parse, read
 
 SETUP = "./build.sh setup"
 CHOOSE = f"run {SETUP} in the project, or choose its Python in Preferences > Add-ons > RL Guided"
@@ -102,7 +102,8 @@ def _read(child: "subprocess.Popen[str]", python: Path, timeout: float) -> list[
     for line in said.splitlines():
         if line.startswith("[{"):
             # An environment of another version may know other fields; it must still be able to say so.
-            return [Part(*(part.get(field.name, "") for field in fields(Part))) for part in json.loads(line)]
+            with suppress(MalformedError):
+                return list(read(tuple[Part, ...], parse(line), "the environment", loose=True))
     last = (complained.strip() or "it said nothing").splitlines()[-1]
     if found := re.fullmatch(r"loading (\S+) (\S+)", last):
         return [Part(found[1], found[2], f"ends Python with status {child.returncode} when it is loaded", f"{SETUP} {found[1]}")]

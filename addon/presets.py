@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 from bl_ui.utils import PresetPanel
 
+from blender_rl_guiding import typed
 from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.schema import entries, from_dict, to_dict
 from blender_rl_guiding.settings import PRESETS, Render
@@ -57,7 +58,7 @@ def shown_name(path: Path) -> str:
 def load(scene: bpy.types.Scene, path: Path) -> None:
     """Take over all settings of a file. InputError names the file and what is wrong with it."""
     try:
-        settings = from_dict(Render, json.loads(path.read_text(encoding="utf-8")))
+        settings = from_dict(Render, typed.load(path))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except ValueError as error:

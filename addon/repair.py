@@ -10,6 +10,7 @@ import bpy
 
 from blender_rl_guiding.schema import Settings, entries
 from blender_rl_guiding.settings import Render
+from blender_rl_guiding.strings import say
 
 
 def repair(group: bpy.types.PropertyGroup, config: type[Settings]) -> Iterator[str]:
@@ -34,7 +35,7 @@ def repair_all(*_: Any) -> None:
     for scene in bpy.data.scenes:
         if scene.library is None:
             for change in repair(scene.rl_guiding, Render):
-                print(f"RL Guided: scene '{scene.name}' was saved by another version: {change}")
+                say(f"RL Guided: scene '{scene.name}' was saved by another version: {change}")
 
 
 _HANDLERS = ("load_post", "blend_import_post")  # opened, and appended

@@ -11,9 +11,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from blender_rl_guiding import __version__
+from blender_rl_guiding import __version__, messages
 from blender_rl_guiding.children import fate
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.typed import MalformedError
 
 
 class Worker:
@@ -28,13 +29,13 @@ class Worker:
             # own, so that Ctrl-C in Blender's terminal is Blender's.
             self._child = subprocess.Popen(
                 [str(python), "-I", "-m", "blender_rl_guiding.worker"],
-                stdin=pipe, stdout=pipe, stderr=self._complaints, text=True, encoding="utf-8", start_new_session=True,
+                stdin=pipe, stdout=pipe, stderr=self._complaints, start_new_session=True,
             )  # fmt: skip
         except OSError as error:
             self._complaints.close()
             raise InputError(f"cannot start the renderer, {python}: {error.strerror or error}") from error
         self._end_of_life = ""
-        self._events: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        self._events: queue.Queue[dict[str, Any] | MalformedError | None] = queue.Queue()
         threading.Thread(target=self._listen, daemon=True).start()
 
     @property
@@ -48,7 +49,7 @@ class Worker:
         if not self.alive:
             raise InputError(self._death())
         try:
-            self._child.stdin.write(json.dumps({"job": job, **values}) + "\n")
+            self._child.stdin.write(json.dumps({"job": job, **values}).encode() + b"\n")
             self._child.stdin.flush()
         except OSError as error:
             raise InputError(self._death()) from error
@@ -62,6 +63,8 @@ class Worker:
         if event is None:
             self._events.put(None)
             raise InputError(self._death())
+        if isinstance(event, MalformedError):
+            raise InputError(f"the renderer {self.python} said something that is no event of its: {event}")
         if event["event"] == "error":
             raise InputError(event["text"])
         if event["event"] == "ready" and event["version"] != __version__:
@@ -77,9 +80,9 @@ class Worker:
 
     def _listen(self) -> None:
         assert self._child.stdout
-        with self._child.stdout as lines:
-            for line in lines:
-                self._events.put(json.loads(line))
+        with self._child.stdout as stream:
+            for line in messages.lines(stream):
+                self._events.put(_event(line))
         self._events.put(None)
 
     def _death(self) -> str:
@@ -96,6 +99,13 @@ class Worker:
         with self._complaints as file:
             file.seek(0)
             return f"the renderer {fate(status, file.read().decode('utf-8', 'replace').strip())}"
+
+
+def _event(line: bytes) -> dict[str, Any] | MalformedError:
+    try:
+        return messages.read_event(line)
+    except MalformedError as error:
+        return error
 
 
 @contextmanager

@@ -23,6 +23,7 @@ from .locks import writing
 from .parser import parser
 from .scene.view import chosen_view
 from .settings import Machine, Render
+from .strings import say
 
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
@@ -35,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.command(options)
     except (InputError, schema.SettingsError, FloatingPointError) as error:
-        print(f"rlg: {error}", file=sys.stderr)
+        say(f"rlg: {error}", sys.stderr)
         return 2
     except KeyboardInterrupt as interrupt:
         _leave(str(interrupt) or "interrupted")
@@ -59,8 +60,8 @@ def _export(options: argparse.Namespace) -> None:
     with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
     for loss in coverage:
-        print(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    print(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
+        say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
+    say(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -69,7 +70,7 @@ def _render(options: argparse.Namespace) -> None:
         _animate(options, settings)
     else:
         _traced(options, settings)
-        print(options.out / "image.exr")
+        say(options.out / "image.exr")
 
 
 def _animate(options: argparse.Namespace, settings: Render) -> None:
@@ -86,7 +87,7 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
     except KeyboardInterrupt as interrupt:
         raise KeyboardInterrupt("interrupted; the same command goes on from the first frame that is missing") from interrupt
     for path in images:
-        print(path)
+        say(path)
 
 
 def _inspect(options: argparse.Namespace) -> None:
@@ -98,7 +99,7 @@ def _inspect(options: argparse.Namespace) -> None:
     with Terminal() as progress, progress.bar("measuring what arrives", 1):
         pictures = inspection.write(options.out, scene, point, settings, machine, result)
     for path in (options.out / "image.exr", *pictures):
-        print(path)
+        say(path)
 
 
 def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any], Any] = lambda scene: None) -> tuple[Any, Any, Any]:
@@ -204,13 +205,18 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
-    """Write the reports and print their summaries. InputError in the end if runs failed: they are missing there."""
+    """Write the reports and print their summaries. InputError in the end if runs failed, which are missing there, or are damaged."""
     from .experiments import report
 
+    damaged: list[str] = []
     for folder in folders:
-        page = report.write(folder)
-        report.show(folder, Console())
-        print(page)
+        results = report.write(folder)
+        report.show(results, Console())
+        say(folder / "report.html")
+        damaged += [f"{folder}: {line}" for line in results.damaged]
+    if damaged:
+        others = f", and {len(damaged) - 1} more" * (len(damaged) > 1)
+        raise InputError(f"{damaged[0]}{others}: left out, as the report says")
     if failed:
         raise InputError(f"{failed} of the runs failed, as told above; the same command tries them again")
 

@@ -6,10 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .leftovers import part_of, sweep_once
+from .strings import printable
 
 
 class InputError(Exception):
-    """Something that the user gave cannot be used; the message is one line that names it."""
+    """Something that the user gave cannot be used; the message is one line that names it, and any terminal can show it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text))
 
 
 @contextlib.contextmanager
@@ -23,6 +27,7 @@ def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         sweep_once(path.parent)
+        part.unlink(missing_ok=True)  # a link of that name, which somebody else may have made, would be followed
         yield part
         if durable:
             _to_disk(part)
@@ -55,3 +60,9 @@ def check_writable(folder: Path) -> None:
         raise InputError(f"cannot write to {folder}: {nearest} is not a folder")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError(f"cannot write to {folder}: no permission to write to {nearest}")
+
+
+def check_inside(folder: Path, path: Path) -> None:
+    """InputError where links lead from `path`, which is below `folder` by its name, out of it: somebody else may have made them."""
+    if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+        raise InputError(f"{path} leads out of {folder}, by a link")

@@ -1,14 +1,14 @@
 """Options that commands share: the settings classes as flags, and back; a scene, an experiment."""
 
 import argparse
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import schema
+from . import schema, typed
 from .errors import InputError
 from .settings import PRESETS, Machine, Render, method
+from .strings import printable
 
 
 class Parser(argparse.ArgumentParser):
@@ -18,7 +18,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(allow_abbrev=False, **kwargs)
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
+        self.exit(2, f"{self.prog}: {printable(message)}\n")
 
 
 def render_settings(options: argparse.Namespace, base: Render) -> Render:
@@ -26,7 +26,7 @@ def render_settings(options: argparse.Namespace, base: Render) -> Render:
     base = method(options.preset) if options.preset else base
     if options.settings:
         try:
-            base = schema.from_dict(Render, json.loads(options.settings.read_text(encoding="utf-8")))
+            base = schema.from_dict(Render, typed.load(options.settings))
         except OSError as error:
             raise InputError(f"cannot read {options.settings}: {error.strerror or error}") from error
         except ValueError as error:

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import io
 import os
+import stat
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import OpenEXR
 from PIL import Image
 
 from .errors import InputError, atomic
+from .memory import available, in_words
 
 _CHANNELS = {"Normal": "XYZ", "Position": "XYZ", "Depth": "Z", "Sample Count": "X"}  # of passes that are not colours
 
@@ -50,7 +52,10 @@ def read_exr(path: Path) -> tuple[np.ndarray, dict[str, str]]:
     is left out. InputError on a file that cannot be read, is damaged, or has no such channels.
     """
     try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise InputError(f"cannot read {path}: it is not a file")
         path.open("rb").close()
+        _check_memory(path)
         with _quiet(), OpenEXR.File(str(path), separate_channels=True) as file:
             return _rgb(file.parts, path), {k: v for k, v in file.header().items() if isinstance(v, str)}
     except OSError as error:
@@ -70,6 +75,18 @@ def read_own(path: Path) -> tuple[np.ndarray, dict[str, str]]:
     if header.get("sha256") != sha256(image):
         raise InputError(f"{path}: the pixels are not those that were written")
     return image, header
+
+
+def _check_memory(path: Path) -> None:
+    """InputError where all channels and the image do not fit into memory, at 32 bits."""
+    taken = 0
+    with _quiet(), OpenEXR.File(str(path), header_only=True) as file:
+        for part in file.parts:
+            first, last = part.header["dataWindow"]
+            width, height = (last.astype(int) - first + 1).tolist()
+            taken += 4 * width * height * (len(part.header["channels"]) + 3)
+    if taken > (free := available()):
+        raise InputError(f"{path} takes {in_words(taken)} of memory, but only {in_words(free)} are free")
 
 
 def _rgb(parts: list[OpenEXR.Part], path: Path) -> np.ndarray:

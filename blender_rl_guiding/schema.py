@@ -12,6 +12,10 @@ from dataclasses import dataclass, field, fields, replace
 from types import UnionType
 from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
 
+from .typed import shown
+
+LARGEST = 1 << 1023  # whole number that surely is a float, too
+
 
 class SettingsError(ValueError):
     """A setting that does not exist or has a value that it cannot have; the message is one line that names it."""
@@ -115,21 +119,21 @@ def _checked(entry: Entry, value: Any, path: str) -> Any:
     """Return the value in the field's own type, or raise SettingsError."""
     if entry.variants:
         if type(value) not in entry.variants.values():
-            raise SettingsError(f"{path}={value!r} is not one of {', '.join(entry.variants)}")
+            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join(entry.variants)}")
         return value
     if entry.choices:
-        if value not in entry.choices:
-            raise SettingsError(f"{path}={value!r} is not one of {', '.join(entry.choices)}")
+        if not isinstance(value, str) or value not in entry.choices:
+            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join(entry.choices)}")
         return value
     if entry.type is float and type(value) is int:
-        value = float(value)
+        value = float(value) if abs(value) < LARGEST else math.inf
     if type(value) is not entry.type:
-        raise SettingsError(f"{path}={value!r} is not of type {entry.type.__name__}")
+        raise SettingsError(f"{path}={shown(value)} is not of type {entry.type.__name__}")
     low, high = entry.limits
     outside = (low is not None and value < low) or (high is not None and value > high)
     if outside or (entry.type is float and not math.isfinite(value)):
         limits = " and ".join([f"at least {low}"] * (low is not None) + [f"at most {high}"] * (high is not None))
-        raise SettingsError(f"{path}={value} is out of range: must be {limits or 'finite'}")
+        raise SettingsError(f"{path}={shown(value)} is out of range: must be {limits or 'finite'}")
     return value
 
 
@@ -145,17 +149,17 @@ def to_dict(config: Settings) -> dict[str, Any]:
 def from_dict(config: type[SettingsType], values: Any) -> SettingsType:
     """Inverse of `to_dict`. Missing values keep their defaults; SettingsError on unknown names and bad values."""
     if not isinstance(values, Mapping):
-        raise SettingsError(f"{config.kind}={values!r} is not a group of settings")
+        raise SettingsError(f"{config.kind}={shown(values)} is not a group of settings")
     known = {entry.name: entry for entry in entries(config)}
     kwargs = {}
     for name, value in values.items():
         if name not in known:
-            raise SettingsError(f"{config.kind} has no setting {name!r}{_hint(name, known)}")
+            raise SettingsError(f"{config.kind} has no setting {shown(name)}{_hint(name, known)}")
         if variants := known[name].variants:
             rest = dict(value) if isinstance(value, Mapping) else {"kind": value}
             chosen = rest.pop("kind", None)
             if not isinstance(chosen, str) or chosen not in variants:
-                raise SettingsError(f"{config.kind}.{name}={chosen!r} is not one of {', '.join(variants)}{_hint(chosen, variants)}")
+                raise SettingsError(f"{config.kind}.{name}={shown(chosen)} is not one of {', '.join(variants)}{_hint(chosen, variants)}")
             value = from_dict(variants[chosen], rest)
         kwargs[name] = value
     return config(**kwargs)

@@ -4,14 +4,22 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 """
 
 import json
-from collections.abc import Sequence
+import os
+import stat
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from .strings import printable
 
 
 class MalformedError(ValueError):
     """A value that is not of its type; the message is one line that names it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text))
 
 
 @dataclass(frozen=True)
@@ -25,6 +33,28 @@ class Range:
 WHOLE = Range(-(2**63), 2**63 - 1)  # of whole numbers that have no limits of their own: what arrays can hold
 
 
+LARGEST = 1 << 28  # bytes of a file of JSON
+DEEPEST = 32  # lists and objects within each other, where anything may stand
+
+
+_NUMBER = int | float
+
+
+def load(path: Path) -> Any:
+    """What the JSON of a file says. OSError where it cannot be read, MalformedError where it is none."""
+    with open(path, "rb", opener=_without_waiting) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise MalformedError("it is not a file")
+        text = file.read(LARGEST + 1)
+    if len(text) > LARGEST:
+        raise MalformedError(f"it has more than {LARGEST} bytes")
+    return parse(text)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # or a pipe would be waited for until somebody writes
+
+
 def parse(text: str | bytes) -> Any:
     """What JSON says. MalformedError where it is none, or nested too deeply to be any of ours."""
     try:
@@ -36,28 +66,33 @@ def parse(text: str | bytes) -> Any:
 def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
     """A value of the annotated type `kind`, called `name` in errors; MalformedError if it is something else.
 
-    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range`, dataclasses as objects, tuples as lists, dict with names
-    of type str, Any, and unions of these, of which JSON's own types choose. With `loose`, fields that have a default may be missing,
-    and names that a dataclass does not have are passed over: the file may be of another version.
+    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range` or with a function that says what is wrong with a value,
+    dataclasses as objects, tuples as lists, dict with names of type str, Any, and unions of these, of which JSON's own types choose.
+    With `loose`, fields that have a default may be missing, and names that a dataclass does not have are passed over: the file may be
+    of another version.
     """
     if get_origin(kind) is Annotated:
         kind, limits = get_args(kind)
-        return _within(limits, read(kind, value, name, loose=loose), name)
+        value = read(kind, value, name, loose=loose)
+        return _within(limits, value, name) if isinstance(limits, Range) else _without_fault(limits, value, name)
     if kind is Any:
-        return value
-    if isinstance(kind, UnionType):
+        return _anything(value, name, DEEPEST)
+    if get_origin(kind) in (UnionType, Union):  # the latter where a member is Annotated
         return read(_member(kind, value, name), value, name, loose=loose)
     if get_origin(kind) is Literal:
         if value not in get_args(kind) or isinstance(value, bool):
-            raise MalformedError(f"{name} is {_shown(value)}, not one of {', '.join(map(str, get_args(kind)))}")
+            raise MalformedError(f"{name} is {shown(value)}, not one of {', '.join(map(str, get_args(kind)))}")
         return value
     if isinstance(kind, type) and is_dataclass(kind):
         return _fields(kind, value, name, loose)
     if get_origin(kind) is tuple:
         return _items(get_args(kind), value, name, loose)
     if get_origin(kind) is dict:
-        of = get_args(kind)[1]
-        return {_text(key, name): read(of, part, f"{name}.{key}", loose=loose) for key, part in _typed(dict, value, name).items()}
+        names, of = get_args(kind)
+        given = _typed(dict, value, name)
+        if names is str and _all_fit(of, given.values()) and "".join(given).isascii():
+            return given
+        return {read(names, key, name): read(of, part, f"{name}.{key}", loose=loose) for key, part in given.items()}
     if kind is str:
         return _text(value, name)
     if kind is float:
@@ -71,7 +106,7 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
     hints, known = get_type_hints(kind, include_extras=True), {f.name: f for f in fields(kind)}
     given = _typed(dict, value, name)
     if unknown := [key for key in given if key not in known and not loose]:
-        raise MalformedError(f"{name} has {_shown(unknown[0])}, which is nothing of it")
+        raise MalformedError(f"{name} has {shown(unknown[0])}, which is nothing of it")
     optional = {f.name for f in known.values() if loose and (f.default, f.default_factory) != (MISSING, MISSING)}
     if missing := [key for key in known if key not in given and key not in optional]:
         raise MalformedError(f"{name} lacks {missing[0]!r}")
@@ -81,10 +116,34 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
 def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[Any, ...]:
     given = _typed(list, value, name)
     if kinds[1:] == (...,):
+        if _all_fit(kinds[0], given):
+            return tuple(given)
         kinds = [kinds[0]] * len(given)
     if len(given) != len(kinds):
         raise MalformedError(f"{name} has {len(given)} values, not {len(kinds)}")
     return tuple(read(kind, part, f"{name}[{k}]", loose=loose) for k, (kind, part) in enumerate(zip(kinds, given, strict=True)))
+
+
+def _all_fit(kind: Any, values: Collection[Any]) -> bool:
+    """Whether all are numbers of the kind just as they are: there may be millions, and one by one they take ten microseconds each."""
+    kind, limits = get_args(kind) if get_origin(kind) is Annotated else (kind, None)
+    types = set(map(type, values))
+    if kind == _NUMBER:
+        return types <= {int, float} and all(type(value) is float or WHOLE.low <= value <= WHOLE.high for value in values)
+    if kind is not float or types - {float}:
+        return False
+    return limits is None or (isinstance(limits, Range) and all(limits.low <= value <= limits.high for value in values))
+
+
+def _anything(value: Any, name: str, deep: int) -> Any:
+    """The value as it is, if it can be shown and written again."""
+    if not deep:
+        raise MalformedError(f"{name} is nested too deeply")
+    if isinstance(value, dict):
+        return {_text(key, name): _anything(part, f"{name}.{key}", deep - 1) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_anything(part, f"{name}[{k}]", deep - 1) for k, part in enumerate(value)]
+    return _text(value, name) if isinstance(value, str) else value
 
 
 def _member(union: Any, value: Any, name: str) -> Any:
@@ -97,13 +156,13 @@ def _member(union: Any, value: Any, name: str) -> Any:
         )
         if fits(bare):
             return kind
-    raise MalformedError(f"{name} is {_shown(value)}, which it cannot be")
+    raise MalformedError(f"{name} is {shown(value)}, which it cannot be")
 
 
 def _typed(kind: Any, value: Any, name: str) -> Any:
     kind = NoneType if kind is None else kind
     if type(value) is not kind:
-        raise MalformedError(f"{name} is {_shown(value)}, not of type {kind.__name__}")
+        raise MalformedError(f"{name} is {shown(value)}, not of type {kind.__name__}")
     return value
 
 
@@ -112,7 +171,7 @@ def _number(value: Any, name: str) -> float:
         try:
             return float(value)
         except OverflowError as error:
-            raise MalformedError(f"{name} is {_shown(value)}, which is too large") from error
+            raise MalformedError(f"{name} is {shown(value)}, which is too large") from error
     return _typed(float, value, name)
 
 
@@ -120,21 +179,27 @@ def _text(value: Any, name: str) -> str:
     try:
         _typed(str, value, name).encode()
     except UnicodeEncodeError as error:  # half of a character: it could neither be shown nor written
-        raise MalformedError(f"{name} is {_shown(value)}, which is no text") from error
+        raise MalformedError(f"{name} is {shown(value)}, which is no text") from error
     return value
 
 
 def _within(limits: Range, value: Any, name: str) -> Any:
     if not limits.low <= value <= limits.high:
-        raise MalformedError(f"{name} is {_shown(value)}, not within {limits.low} and {limits.high}")
+        raise MalformedError(f"{name} is {shown(value)}, not within {limits.low} and {limits.high}")
     return value
 
 
-def _shown(value: Any) -> str:
+def _without_fault(find: Callable[[Any], str], value: Any, name: str) -> Any:
+    if fault := find(value):
+        raise MalformedError(f"{name} is {shown(value)}, which {fault}")
+    return value
+
+
+def shown(value: Any) -> str:
     """A value in a few words, whatever it is."""
     try:
         text = ascii(value)
-    except (ValueError, RecursionError):  # a number of thousands of digits
+    except (ValueError, RecursionError):  # thousands of digits, or of lists within each other
         return f"a {type(value).__name__}"
     return text if len(text) <= 60 else f"{text[:57]}..."
 

@@ -1,4 +1,4 @@
-"""Renders and comparisons as a child process: jobs come as lines of JSON on stdin, events go as lines of JSON to stdout.
+"""Renders and comparisons as a child process: jobs come as lines of JSON on stdin, events go as lines of JSON to stdout, see `messages`.
 
     python -m blender_rl_guiding.worker
 
@@ -9,7 +9,6 @@ comes. Whoever wants a job cancelled kills it: files are whole or not there.
 import json
 import os
 import queue
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -19,18 +18,18 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from . import __version__
+from . import __version__, messages
 from .errors import InputError, atomic
 from .locks import writing
 from .notices import heard_by
 from .schema import SettingsError, from_dict
 from .settings import Machine, Render
+from .strings import printable
+from .typed import MalformedError
 
 IDLE = 60.0  # seconds that it rests before it ends
 LEAST_PAUSE = 0.25  # seconds between two images
 PAUSES = 10  # times as long as an image takes to write: it should cost little
-
-Job = dict[str, Any]
 
 
 class Events:
@@ -41,22 +40,25 @@ class Events:
 
     def send(self, event: str, **values: Any) -> None:
         """One event."""
-        self._stream.write(json.dumps({"event": event, **values}) + "\n")
-        self._stream.flush()
+        try:
+            self._stream.write(json.dumps({"event": event, **values}) + "\n")
+            self._stream.flush()
+        except BrokenPipeError:  # nobody is there any more, as at the end of stdin
+            os._exit(0)
 
     def note(self, text: str) -> None:
         """A line that stays."""
-        self.send("note", text=text)
+        self.send("note", text=printable(text))
 
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
         """What is going on for the length of the block, and the share of it that is done."""
         last = {"description": description, "total": total}
-        self.send("status", text=description, share=0.0)
+        self.send("status", text=printable(description), share=0.0)
 
         def advance(done: float, **anew: Any) -> None:
             last.update(anew)
-            self.send("status", text=last["description"], share=done / last["total"])
+            self.send("status", text=printable(last["description"]), share=done / last["total"])
 
         yield advance
 
@@ -83,8 +85,8 @@ class Frames:
             np.save(part, np.atleast_3d(pixels)[::-1].astype(np.float32), allow_pickle=False)
 
 
-def prepare(job: Job, events: Events) -> None:
-    """Compile or load what a render with {"settings", "machine"} needs, while its scene is still being made."""
+def prepare(job: messages.Prepare, events: Events) -> None:
+    """See `messages.Prepare`."""
     from .render import warm_up
 
     settings, machine = _settings(job)
@@ -92,8 +94,8 @@ def prepare(job: Job, events: Events) -> None:
         warm_up(settings.guide, machine)
 
 
-def render(job: Job, events: Events) -> None:
-    """Render {"bundle"} with {"settings", "machine"}: images into the folder {"frames"}, and the run into {"out"}, each if it is there."""
+def render(job: messages.Render, events: Events) -> None:
+    """See `messages.Render`."""
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
@@ -102,9 +104,9 @@ def render(job: Job, events: Events) -> None:
     from .scene.bundle import load
 
     settings, machine = _settings(job)
-    frames = Frames(Path(job["frames"])) if "frames" in job else None
-    scene = load(Path(job["bundle"]))
-    if "out" in job:
+    frames = Frames(Path(job.frames)) if job.frames else None
+    scene = load(Path(job.bundle))
+    if job.out:
         chance.tell(scene, [settings.nee], events.note)
 
     def on_pass(state: Result) -> None:
@@ -116,17 +118,13 @@ def render(job: Job, events: Events) -> None:
     result = trace(scene, settings, machine, on_pass)
     if frames:
         _write_passes(frames, result, settings)
-    if "out" in job:
-        save_run(Path(job["out"]), scene, job.get("method", settings.guide.kind), settings, machine, result, None)
+    if job.out:
+        save_run(Path(job.out), scene, job.method or settings.guide.kind, settings, machine, result, None)
     events.send("done", samples=result.film.samples, seconds=result.seconds, learn_seconds=result.learn_seconds, rays=result.rays)
 
 
-def _settings(job: Job) -> tuple[Render, Machine]:
-    return from_dict(Render, job["settings"]), _machine(job)
-
-
-def _machine(job: Job) -> Machine:
-    return from_dict(Machine, job.get("machine", {}))
+def _settings(job: messages.Prepare | messages.Render | messages.Inspect) -> tuple[Render, Machine]:
+    return from_dict(Render, job.settings), from_dict(Machine, job.machine)
 
 
 def _combined(result: Any) -> np.ndarray:
@@ -146,38 +144,37 @@ def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
         frames.write(name, pixels)
 
 
-def compare(job: Job, events: Events) -> None:
-    """Compare {"methods"}, settings by name, on the scene {"bundle"}: runs and report into the folder {"out"}.
-
-    {"seeds"}; the {"reference"} is {"spp"}, or {"file", "about"}; {"command"} is how it was started. If they are there: the pixel
-    {"probe"}, {"jobs"} at a time, and {"machine"}. Runs that are done already are kept. `done` tells what `handover.handed_over` does,
-    and how many runs failed.
-    """
+def compare(job: messages.Compare, events: Events) -> None:
+    """See `messages.Compare`. `done` tells what `handover.handed_over` does, and how many runs failed."""
     from .experiments import handover, report
     from .experiments.references import Given
     from .experiments.runner import Experiment, run
     from .scene.bundle import load
 
-    folder, asked = Path(job["out"]), job["reference"]
+    folder, asked = Path(job.out), job.reference
+    if (asked.spp is None) == (asked.file is None):
+        raise InputError("a reference is either a number of samples or a file")
     experiment = Experiment(
         folder=folder,
-        scenes=(load(Path(job["bundle"])),),
-        methods={name: from_dict(Render, settings) for name, settings in job["methods"].items()},
-        seeds=tuple(job["seeds"]),
-        reference_spp=asked.get("spp", 0),
-        command=job["command"],
-        probe=job.get("probe"),
-        given=Given(Path(asked["file"]), asked["about"]) if "file" in asked else None,
+        scenes=(load(Path(job.bundle)),),
+        methods={name: from_dict(Render, settings) for name, settings in job.methods.items()},
+        seeds=job.seeds,
+        reference_spp=asked.spp or 0,
+        command=job.command,
+        probe=job.probe,
+        given=Given(Path(asked.file), asked.about) if asked.file else None,
     )
-    failed = run([experiment], _machine(job), job.get("jobs", 1), events)
+    failed = run([experiment], from_dict(Machine, job.machine), job.jobs, events)
     with events.bar("Report", 1):
-        report.write(folder)
-        outcome = handover.handed_over(folder)
-    events.send("done", failed=failed, **outcome)
+        results = report.write(folder)
+        outcome = handover.handed_over(results)
+    for line in results.damaged:
+        events.note(f"FAILED: {line}")
+    events.send("done", failed=failed + len(results.damaged), **outcome)
 
 
-def inspect(job: Job, events: Events) -> None:
-    """Render {"bundle"} with {"settings", "machine"}, and show what was learnt at {"pixel"}: a run and two pictures into {"out"}."""
+def inspect(job: messages.Inspect, events: Events) -> None:
+    """See `messages.Inspect`."""
     from .experiments import inspection
     from .experiments.probe import described
     from .experiments.runs import save_run
@@ -188,65 +185,76 @@ def inspect(job: Job, events: Events) -> None:
 
     settings, machine = _settings(job)
     inspection.check(settings.guide)
-    out = Path(job["out"])
-    scene = load(Path(job["bundle"]))
-    point = inspection.find(scene, job["pixel"], machine)
+    out = Path(job.out)
+    scene = load(Path(job.bundle))
+    point = inspection.find(scene, job.pixel, machine)
     with events.bar("Learning", 1) as advance:
 
         def tell(state: Result) -> None:
             advance(share(state, settings))
 
         result = trace(scene, settings, machine, tell, tell)
-    save_run(out, scene, job.get("method", settings.guide.kind), settings, machine, result, None, described(result.guide, point))
+    save_run(out, scene, job.method or settings.guide.kind, settings, machine, result, None, described(result.guide, point))
     with events.bar("Measuring the light that arrives", 1):
         pictures = inspection.write(out, scene, point, settings, machine, result)
     events.send("done", pictures=[str(path) for path in pictures])
 
 
-def wait(_job: Job, _events: Events) -> None:
-    """Nobody needs the worker for now ("rest"), or somebody does again, though not at once ("wake")."""
+def wait(_job: messages.Rest | messages.Wake, _events: Events) -> None:
+    """Do nothing: how long the worker is idle is `main`'s."""
 
 
-JOBS = {"rest": wait, "wake": wait, "prepare": prepare, "render": render, "compare": compare, "inspect": inspect}
+WORK: dict[type[Any], Callable[[Any, Events], None]] = {
+    messages.Rest: wait,
+    messages.Wake: wait,
+    messages.Prepare: prepare,
+    messages.Render: render,
+    messages.Compare: compare,
+    messages.Inspect: inspect,
+}
 
 
 def main() -> None:
     """Do jobs as they come. What the user can mend is an event `error`; anything else ends the worker, with a traceback on stderr."""
     stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # whatever prints, prints elsewhere
-    events, jobs = Events(stream), _jobs()
+    events, waiting = Events(stream), _listening()
     events.send("ready", version=__version__)
     patience = None
     while True:
         try:
-            job = jobs.get(timeout=patience)
+            line = waiting.get(timeout=patience)
         except queue.Empty:
             return
-        patience = IDLE if job["job"] == "rest" else None
         try:
+            job = messages.read_job(line)
+            patience = IDLE if isinstance(job, messages.Rest) else None
             _do(job, events)
+        except MalformedError as error:
+            events.send("error", text=f"the renderer cannot take this job: {error}")
         except (InputError, SettingsError, FloatingPointError) as error:
-            events.send("error", text=str(error))
+            events.send("error", text=printable(str(error)))
 
 
-def _do(job: Job, events: Events) -> None:
-    """Do a job; nobody else writes to its folder {"out"} meanwhile, if it has one."""
-    folders = [Path(job["out"])] if "out" in job else []
-    with heard_by(events.note), writing(*folders):
-        JOBS[job["job"]](job, events)
+def _do(job: messages.Job, events: Events) -> None:
+    """Do a job; nobody else writes to its folder `out` meanwhile, if it has one."""
+    out = getattr(job, "out", None)
+    with heard_by(events.note), writing(*[Path(out)] if out else []):
+        WORK[type(job)](job, events)
 
 
-def _jobs() -> "queue.Queue[Job]":
-    """The jobs from stdin; with its end the process ends, whatever it is doing."""
-    jobs: queue.Queue[Job] = queue.Queue()
+def _listening() -> "queue.Queue[bytes]":
+    """The lines from stdin; with its end the process ends, whatever it is doing."""
+    waiting: queue.Queue[bytes] = queue.Queue()
 
     def listen() -> None:
-        for line in sys.stdin:
-            jobs.put(json.loads(line))
+        with open(0, "rb", closefd=False) as stdin:  # sys.stdin has a lock that Python wants to have when it ends
+            for line in messages.lines(stdin):
+                waiting.put(line)
         os._exit(0)
 
     threading.Thread(target=listen, daemon=True).start()
-    return jobs
+    return waiting
 
 
 if __name__ == "__main__":

@@ -6,11 +6,13 @@ from typing import Any
 
 import bpy
 
+from blender_rl_guiding import messages
 from blender_rl_guiding.children import running
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.leftovers import temporary_folder
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.typed import MalformedError
 
 from .. import worker_client
 from ..another_blender import command
@@ -36,7 +38,7 @@ def working(python: Path, scene: SceneData, job: str, values: dict[str, Any], pa
         while True:
             event = worker.event(patience)
             if event["event"] == "done":
-                return event | {"notes": notes}
+                return _outcome(job, event) | {"notes": notes}
             if event["event"] == "status":
                 status = Status(event["text"], event["share"])
             elif event["event"] == "pass":
@@ -44,6 +46,14 @@ def working(python: Path, scene: SceneData, job: str, values: dict[str, Any], pa
             elif event["event"] == "note":
                 notes.append(event["text"])
             yield status
+
+
+def _outcome(job: str, event: dict[str, Any]) -> dict[str, Any]:
+    try:
+        messages.check_outcome(job, event)
+    except MalformedError as error:
+        raise InputError(f"the renderer did not say how it ended: {error}") from error
+    return event
 
 
 class Cycles:

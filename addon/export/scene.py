@@ -10,6 +10,7 @@ from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import SHADOW, Loss, Shader
 from blender_rl_guiding.scene.faults import fault_of_shader, find_fault, find_nothing
+from blender_rl_guiding.strings import fit
 
 from . import coverage
 from .camera import read_camera
@@ -31,7 +32,7 @@ def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop = nev
     scene = depsgraph.scene
     name = Path(bpy.data.filepath).name or scene.name
     try:
-        data = _export(depsgraph, Path(name).stem, frame_set, stop)
+        data = _export(depsgraph, fit(Path(name).stem), frame_set, stop)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     if fault := find_fault(data):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
+LARGEST = 1e30  # that has a place in a chart; the smallest on a logarithmic axis is 1 / LARGEST
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 680, 340, 70, 16, 34, 56
 
 
@@ -59,7 +60,7 @@ def drawable(lines: Sequence[Line], log_x: bool, log_y: bool) -> list[Line]:
     """The lines without points that have no place, and without lines that have no points."""
 
     def has_place(x: float, y: float) -> bool:
-        return math.isfinite(x) and math.isfinite(y) and (x > 0 or not log_x) and (y > 0 or not log_y)
+        return abs(x) < LARGEST and abs(y) < LARGEST and (x > 1 / LARGEST or not log_x) and (y > 1 / LARGEST or not log_y)
 
     kept = [line._replace(points=[p for p in line.points if has_place(*p)]) for line in lines]
     return [line for line in kept if line.points]

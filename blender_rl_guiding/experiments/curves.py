@@ -1,7 +1,7 @@
 """What runs recorded on their way, as lines: means over the seeds of a method."""
 
 import statistics
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from .results import Results, Run, Summary
@@ -65,10 +65,15 @@ def _judged(summary: Summary, measure: str) -> Iterator[tuple[float, float, floa
 
 def losses(summary: Summary) -> Points:
     """(training steps, mean loss of a few steps), as long as every seed learnt."""
-    means = [statistics.fmean(step) for step in zip(*(run.losses for run in summary.runs), strict=False)]
+    means = [_mean(step) for step in zip(*(run.losses for run in summary.runs), strict=False)]
     stride = -(-len(means) // MOST_POINTS) or 1
     starts = range(0, len(means), stride)
-    return [(min(start + stride, len(means)), statistics.fmean(means[start : start + stride])) for start in starts]
+    return [(min(start + stride, len(means)), _mean(means[start : start + stride])) for start in starts]
+
+
+def _mean(values: Sequence[float]) -> float:
+    """The mean of whatever a loss may be: `fmean` refuses what is not finite."""
+    return sum(values) / len(values)
 
 
 def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:

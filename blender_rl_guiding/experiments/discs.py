@@ -12,6 +12,7 @@ import numpy as np
 from .charts import Axis
 from .pictures import COLOURS
 
+DARKEST = 1e-30  # that is told from nothing
 DECADES = 4.0  # of a scale, at most: what is darker is black
 SMOOTH = 3  # points along each side of a pixel
 _LABELS = 5  # below a bar of colours, at most
@@ -20,7 +21,7 @@ _LABELS = 5  # below a bar of colours, at most
 def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
     """A logarithmic scale for all: up to the brightest patch, down to all but the darkest hundredth, or by `DECADES`."""
     values = np.concatenate([np.ravel(h) for h in hemispheres])
-    positive = values[values > 0]
+    positive = values[values > DARKEST]
     if not len(positive):
         return Axis(True, -1.0, 0.0)
     high = math.log10(positive.max())
@@ -46,7 +47,7 @@ def picture(values: np.ndarray, axis: Axis, size: int) -> np.ndarray:
 
 
 def _colours(values: np.ndarray, axis: Axis) -> np.ndarray:
-    along = (np.log10(np.maximum(values, 1e-30)) - axis.low) / (axis.high - axis.low)
+    along = (np.log10(np.maximum(values, DARKEST)) - axis.low) / (axis.high - axis.low)
     return COLOURS[np.rint(along.clip(0, 1) * (len(COLOURS) - 1)).astype(int)]
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..errors import atomic
+from ..errors import atomic, check_inside
 from ..images import to_display
 from . import curves, discs, page_images, page_probe
 from .charts import Line, axis, drawable
@@ -20,6 +20,7 @@ NAMES_ABREAST = 3  # in a legend
 
 def write(results: Results) -> None:
     """Make every figure of an experiment in its folder `figures`. InputError where one cannot be written."""
+    check_inside(results.folder, results.folder / "figures")
     for scene in results.scenes:
         for name, figure in _of_scene(results, scene):
             for suffix in ("pdf", "png"):
@@ -32,7 +33,8 @@ def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
     """Name and figure; without those that would be empty."""
     if not results.summaries(scene):
         return
-    yield "images", _images(results, scene)
+    if scene in results.pictured:
+        yield "images", _images(results, scene)
     if known := page_probe.found(results, scene):
         yield "learnt", _learnt(scene, *known)
     for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):

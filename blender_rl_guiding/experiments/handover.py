@@ -1,23 +1,23 @@
 """What a comparison hands over to Blender: numbers as plain data, and pictures as files that Blender opens by itself."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from .. import metrics
-from ..errors import atomic
+from ..errors import InputError, atomic
 from ..images import png
 from . import curves, numbers, page_images, page_probe, pictures
-from .results import MEASURES, Results, Summary, load, ratio
+from .results import MEASURES, Results, Summary, ratio
 
 
-def handed_over(folder: Path) -> dict[str, Any]:
+def handed_over(results: Results) -> dict[str, Any]:
     """Page, methods and pictures of an experiment on one scene whose report is written; error maps are written here.
 
-    InputError on a damaged folder.
+    InputError where there is no reference.
     """
-    results = load(folder)
-    scene = results.scenes[0]
+    folder, scene = results.folder, results.scenes[0]
+    if scene not in results.pictured:
+        raise InputError(f"{folder}: {results.damaged[0]}")
     return {
         "page": str(folder / "report.html"),
         "about": results.reference,

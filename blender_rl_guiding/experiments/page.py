@@ -1,7 +1,9 @@
 """The report as one self-contained HTML page: tables, charts, images, error maps, a viewer that flips, and settings."""
 
 import base64
+import hashlib
 import json
+import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -16,7 +18,7 @@ _TEMPLATE = Path(__file__).with_name("report_template.html")
 
 
 def page(results: Results) -> str:
-    """The page's text. InputError where an image is missing or damaged, or differs in size from its reference."""
+    """The page's text."""
     scenes = [scene for scene in results.scenes if results.summaries(scene)]
     overviews = (page_numbers.beside_published, page_numbers.by_encoder, page_numbers.overall)
     sections = [_head(results), *(overview(results, scenes) for overview in overviews)]
@@ -27,12 +29,28 @@ def page(results: Results) -> str:
         "dark": _variables(palette.DARK),
         "gradient": ", ".join(f"rgb({r} {g} {b})" for r, g, b in pictures.COLOURS[::15].tolist()),
         "colours": base64.b64encode(pictures.COLOURS.tobytes()).decode(),
-        "body": "\n".join(sections),  # last, so that nothing is looked for in what comes from the folder
+        "body": "\n".join(sections),
     }
-    text = _TEMPLATE.read_text(encoding="utf-8")
-    for name, part in parts.items():
-        text = text.replace("{{" + name + "}}", part)
-    return text
+    template = _TEMPLATE.read_text(encoding="utf-8")
+    return _filled(template, parts | {"policy": _policy(template, parts)})
+
+
+def _filled(template: str, parts: dict[str, str]) -> str:
+    """All at once, so that nothing is looked for in what comes from the folder."""
+    return re.sub(r"{{(\w+)}}", lambda found: parts[found[1]], template)
+
+
+def _policy(template: str, parts: dict[str, str]) -> str:
+    """The Content-Security-Policy by which a browser obeys nothing but the template's own script and style, and loads nothing.
+
+    `style-src` is for attributes, and for browsers that do not know `style-src-elem`.
+    """
+    own = {tag: _filled(template.partition(f"<{tag}>")[2].partition(f"</{tag}>")[0], parts) for tag in ("style", "script")}
+    digests = {tag: base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for tag, text in own.items()}
+    return (
+        f"default-src 'none'; script-src 'sha256-{digests['script']}'; style-src 'unsafe-inline'; "
+        f"style-src-elem 'sha256-{digests['style']}'; img-src data:; base-uri 'none'; form-action 'none'"
+    )
 
 
 def _variables(colours: Sequence[str]) -> str:
@@ -41,12 +59,17 @@ def _variables(colours: Sequence[str]) -> str:
 
 def _head(results: Results) -> str:
     seeds, samples = len({run.seed for run in results.runs}), sorted({run.spp for run in results.runs})
-    lost = "".join(f"<li>{escape(name)}</li>" for name in results.missing)
-    alert = f"<div class=alert><b>Missing:</b> these runs are not finished, and not in the numbers.<ul>{lost}</ul></div>" if lost else ""
+    alert = _alert("<b>Missing:</b> these runs are not finished, and not in the numbers.", results.missing)
+    alert += _alert("<b>Damaged:</b> this cannot be read, and is left out.", results.damaged)
     effort = f"{listed(map(str, samples))} samples a pixel, {seeds} seed{'s' * (seeds > 1)}, baseline {escape(results.baseline)}"
     command = f"<code class=command>{escape(results.command)}</code>"
     title = CATALOGUE[results.name].about if results.name in CATALOGUE else listed(results.methods)
     return f"<h1>{escape(title)}</h1><p class=note>{effort}</p>{command}{alert}"
+
+
+def _alert(about: str, lines: Sequence[str]) -> str:
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return f"<div class=alert>{about}<ul>{items}</ul></div>" if lines else ""
 
 
 def _scene(results: Results, scene: str) -> str:

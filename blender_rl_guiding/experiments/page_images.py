@@ -6,29 +6,21 @@ from html import escape
 import numpy as np
 
 from .. import metrics
-from ..errors import InputError
 from ..images import read_exr
 from . import pictures
 from .results import Results, Run
 
 
 def load(results: Results, scene: str) -> tuple[np.ndarray, list[tuple[Run, np.ndarray]]]:
-    """The reference, and each method's first run with its image. InputError where one is missing, damaged or of another size."""
-    reference, _ = read_exr(results.folder / scene / "reference.exr")
+    """The reference of a scene that is pictured, and each method's first run with its image."""
     runs = [summary.runs[0] for summary in results.summaries(scene)]
-    return reference, [(run, _image(run, reference)) for run in runs]
-
-
-def _image(run: Run, reference: np.ndarray) -> np.ndarray:
-    path = run.folder / "image.exr"
-    image, _ = read_exr(path)
-    if image.shape != reference.shape:
-        raise InputError(f"{path} has shape {image.shape}, but its reference has {reference.shape}")
-    return image
+    return read_exr(results.folder / scene / "reference.exr")[0], [(run, read_exr(run.folder / "image.exr")[0]) for run in runs]
 
 
 def of_scene(results: Results, scene: str) -> str:
-    """All pictures of a scene. InputError as in `load`."""
+    """All pictures of a scene; empty where it is not pictured."""
+    if scene not in results.pictured:
+        return ""
     reference, shots = load(results, scene)
     errors = [metrics.mape_map(image, reference) for _, image in shots]
     top = pictures.scale(errors)

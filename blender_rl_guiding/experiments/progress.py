@@ -10,6 +10,7 @@ from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsed
 from rich.progress import Progress as Bars
 
 from ..notices import heard_by
+from ..strings import printable
 
 
 class Progress(Protocol):
@@ -29,7 +30,13 @@ class Terminal:
 
     def __init__(self) -> None:
         self.console = Console(stderr=True, highlight=False)
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        )
         self._bars = Bars(*columns, console=self.console, transient=True)
         self._notices = ExitStack()
 
@@ -46,13 +53,17 @@ class Terminal:
 
     def note(self, text: str) -> None:
         """See `Progress`; one line, too, where it goes into a file."""
-        self.console.print(text, markup=False, soft_wrap=True)
+        self.console.print(printable(text), markup=False, emoji=False, soft_wrap=True)
 
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
         """See `Progress`."""
-        task = self._bars.add_task(description, total=total)
+        task = self._bars.add_task(printable(description), total=total)
+
+        def advance(done: float, description: str | None = None, total: float | None = None) -> None:
+            self._bars.update(task, completed=done, total=total, description=description and printable(description))
+
         try:
-            yield lambda done, **anew: self._bars.update(task, completed=done, **anew)
+            yield advance
         finally:
             self._bars.remove_task(task)

@@ -10,15 +10,16 @@ from rich.table import Table
 
 from ..errors import atomic
 from . import figures, numbers
+from .folders import load
 from .latex import latex
 from .page import page
-from .results import Results, load, table
+from .results import Results, table
 
 
-def write(folder: Path) -> Path:
-    """Make `report.html`, `table.csv`, `table.tex` and `figures` from the run folders alone; returns the page's path.
+def write(folder: Path) -> Results:
+    """Make `report.html`, `table.csv`, `table.tex` and `figures` from the run folders alone; returns what they were made of.
 
-    InputError on a damaged folder, with nothing written; unfinished runs are listed as missing.
+    InputError as in `folders.load`, with nothing written.
     """
     results = load(folder)
     texts = {"report.html": page(results), "table.csv": table(results), "table.tex": latex(results)}
@@ -26,12 +27,11 @@ def write(folder: Path) -> Path:
         with atomic(folder / name) as part:
             part.write_text(text, encoding="utf-8")
     figures.write(results)
-    return folder / "report.html"
+    return results
 
 
-def text_table(folder: Path) -> Table:
-    """The summary for the terminal. InputError on a damaged folder."""
-    results = load(folder)
+def text_table(results: Results) -> Table:
+    """The summary for the terminal."""
     heads = [head.replace(" ", "\n").replace("_", "_\n").replace("/", "\n/") for head in numbers.HEADS]
     out = Table("", *heads, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, caption=_legend(results), caption_justify="left")
     out.columns[0].no_wrap, out.columns[0].min_width = True, 2 + max(map(len, results.methods))
@@ -53,9 +53,9 @@ def _legend(results: Results) -> str:
     )
 
 
-def show(folder: Path, console: Console) -> None:
+def show(results: Results, console: Console) -> None:
     """Print the summary, as wide as it is: on a narrow terminal lines break, but no number is cut."""
-    summary = text_table(folder)
+    summary = text_table(results)
     width = Measurement.get(console, console.options.update(width=1000), summary).maximum
     console.width = max(width, console.width)
     console.print(summary)

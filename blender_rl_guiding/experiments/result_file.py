@@ -1,6 +1,5 @@
 """result.json, what a run's folder tells of it: one declaration for its writer and all its readers."""
 
-import sys
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,8 +10,12 @@ from ..typed import Range
 from . import sealed
 
 _Count = Annotated[int, Range(0, 2**63 - 1)]
-_Side = Annotated[int, Range(1, 1 << 16)]
-_Seconds = Annotated[float, Range(0.0, sys.float_info.max)]
+_Side = Annotated[int, Range(1, 1 << 16)]  # pixels
+_Patches = Annotated[int, Range(1, 1024)]  # along one side of a hemisphere
+# Limits far beyond what renders have, so that whatever is read can be squared, summed up and drawn.
+_Seconds = Annotated[float, Range(0.0, 1e12)]
+_Error = Annotated[float, Range(0.0, 1e30)]
+_Radiance = Annotated[float, Range(-1e30, 1e30)]
 
 
 @dataclass(frozen=True)
@@ -20,9 +23,9 @@ class Learnt:
     """What a guide has learnt of the radiance that arrives at the point that a pixel sees."""
 
     pixel: tuple[int, int]  # column and row, from the top left
-    rows: _Side
-    columns: _Side
-    q: tuple[float, ...]  # rows x columns, row 0 at the horizon
+    rows: _Patches
+    columns: _Patches
+    q: tuple[_Radiance, ...]  # rows x columns, row 0 at the horizon
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class Record:
     seconds: _Seconds  # rendering with learning, without compiling and export
     learn_seconds: _Seconds
     rays: _Count
-    metrics: dict[str, float] | None  # None where there was no reference
+    metrics: dict[str, _Error] | None  # None where there was no reference
     settings: dict[str, Any]  # of `Render`; `settings.recorded` reads those of earlier versions
     machine: dict[str, Any]  # settings of `Machine`, "system" and "processor"
     versions: dict[str, str]  # of this program, Python and libraries
@@ -56,7 +59,7 @@ class Record:
 def read(path: Path) -> Record:
     """What a result.json says. InputError where it cannot be read, is none, or is not as it was written."""
     try:
-        values = typed.parse(path.read_bytes())
+        values = typed.load(path)
         record = typed.read(Record, values, "the result", loose=True)
         if record.sha256 or record.images:  # which came together
             sealed.check(values)

@@ -1,8 +1,7 @@
-"""What the run folders of an experiment say: its runs, what is missing, means and intervals, and the flat table of it all."""
+"""The runs of an experiment, what is missing, means and intervals, and the flat table of it all."""
 
 import csv
 import io
-import json
 import math
 import statistics
 from collections.abc import Iterable, Sequence
@@ -12,9 +11,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from ..errors import InputError
-from ..settings import recorded
 
 MEASURES = ("mape_display", "mape", "relmse", "flip")
 COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *MEASURES)
@@ -59,6 +55,8 @@ class Run:
     curve: list[dict[str, Any]]
     losses: list[float]  # one for each training step
     learnt: Learnt | None  # None where nothing was learnt, or nothing is known
+    resolution: tuple[int, int] | None = None  # width and height; None where nothing is known
+    digest: str | None = None  # SHA-256 of image.exr; None where nothing is known
 
     @property
     def learns(self) -> bool:
@@ -129,6 +127,8 @@ class Results:
     runs: tuple[Run, ...]
     missing: tuple[str, ...]  # what was asked for and is not there, as "scene/method/seed-n"
     truths: dict[str, Truth]  # by scene, where there is one
+    damaged: tuple[str, ...] = ()  # what is there but cannot be used, a line for each
+    pictured: frozenset[str] = frozenset()  # the scenes with a reference; the first run of each method there has an image
 
     def base(self, scene: str) -> Summary | None:
         """The baseline's summary, if it has a finished run on the scene."""
@@ -138,87 +138,6 @@ class Results:
         """One for each method that has runs on the scene, in the experiment's order."""
         found = ((m, tuple(r for r in self.runs if (r.scene, r.method) == (scene, m))) for m in self.methods)
         return [Summary(method, runs) for method, runs in found if runs]
-
-
-def load(folder: Path) -> Results:
-    """Read an experiment's folder.
-
-    Runs without result.json were not finished and are listed as missing. InputError on a damaged file, or if no run is finished.
-    """
-    plan = _read_json(folder / "experiment.json")
-    try:
-        scenes, methods = tuple(map(str, plan["scenes"])), tuple(map(str, plan["methods"]))
-        seeds, baseline, command = sorted(map(int, plan["seeds"])), str(plan["baseline"]), str(plan["command"])
-        name, reference = str(plan.get("name", "")), str(plan.get("reference", "as converged as it was asked for"))
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{folder / 'experiment.json'}: not an experiment, or damaged ({error})") from error
-    if baseline not in methods:
-        raise InputError(f"{folder / 'experiment.json'}: the baseline {baseline!r} is not one of the methods {', '.join(methods)}")
-    # By the plan and not by what lies there: the folder may hold runs of an earlier, larger experiment.
-    places = [(scene, method, f"seed-{seed}") for scene in scenes for method in methods for seed in seeds]
-    there = [place for place in places if folder.joinpath(*place, "result.json").exists()]
-    if not there:
-        raise InputError(f"{folder}: no run of the experiment is finished")
-    runs = tuple(_run(folder.joinpath(*place), *place[:2]) for place in there)
-    missing = tuple("/".join(place) for place in places if place not in there)
-    truths = {scene: _truth(path) for scene in scenes if (path := folder / scene / "probe.json").exists()}
-    return Results(folder, name, scenes, methods, baseline, command, reference, runs, missing, truths)
-
-
-def _read_json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except ValueError as error:
-        raise InputError(f"{path}: not JSON, or damaged ({error})") from error
-
-
-def _run(folder: Path, scene: str, method: str) -> Run:
-    path = folder / "result.json"
-    data = _read_json(path)
-    try:
-        run = Run(
-            folder=folder,
-            scene=scene,
-            method=method,
-            seed=int(data["seed"]),
-            spp=int(data["spp"]),
-            seconds=float(data["seconds"]),
-            learn_seconds=float(data["learn_seconds"]),
-            rays=int(data["rays"]),
-            metrics={name: float(data["metrics"][name]) for name in MEASURES},
-            settings=recorded(data["settings"]),
-            machine=dict(data["machine"]),
-            versions=dict(data["versions"]),
-            curve=list(data.get("curve") or ()),
-            losses=list(map(float, data.get("losses") or ())),
-            learnt=_learnt(data.get("probe")),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: not a result, or damaged ({type(error).__name__}: {error})") from error
-    if not (math.isfinite(run.seconds) and run.seconds > 0 and all(map(math.isfinite, run.metrics.values()))):
-        raise InputError(f"{path}: seconds {run.seconds} must be above 0 and metrics {run.metrics} finite")
-    return run
-
-
-def _learnt(data: Any) -> Learnt | None:
-    return data and Learnt(_pixel(data["pixel"]), np.array(data["q"], np.float64).reshape(data["rows"], data["columns"]))
-
-
-def _truth(path: Path) -> Truth:
-    data = _read_json(path)
-    try:
-        position, right, up = (tuple(map(float, data[name])) for name in ("position", "right", "up"))
-        radiance = np.array(data["radiance"], np.float64).reshape(data["patches"])
-        return Truth(_pixel(data["pixel"]), position, right, up, radiance, int(data["spp"]))
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: not a probe, or damaged ({type(error).__name__}: {error})") from error
-
-
-def _pixel(data: Any) -> tuple[int, int]:
-    x, y = data
-    return int(x), int(y)
 
 
 def estimate(values: Sequence[float]) -> Estimate:
@@ -264,5 +183,10 @@ def table(results: Results) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
-    writer.writerows(run.row for run in results.runs)
+    writer.writerows([_no_formula(value) for value in run.row] for run in results.runs)
     return text.getvalue()
+
+
+def _no_formula(value: Any) -> Any:
+    """A name behind an apostrophe, where a spreadsheet would compute it."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value

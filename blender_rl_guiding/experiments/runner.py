@@ -1,18 +1,18 @@
 """Runs experiments: scenes x methods x seeds, each run in a folder of its own; what is done already is skipped."""
 
 import json
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import InputError, atomic
+from ..errors import InputError, atomic, check_inside
 from ..images import sha256, write_exr
 from ..render import warm_up
 from ..scene import chance
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
+from ..strings import fault_of_name
 from .forecast import Forecast
 from .pool import perform_all
 from .probe import Point, learns, pixel_of
@@ -22,8 +22,6 @@ from .result_file import Record
 from .runs import RENDERED, Judge, finished_run, judge_again
 from .tasks import Outcome, Pace, Task
 from .truth import kept
-
-_UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]|^$')  # in the name of a folder, on one system or another
 
 
 @dataclass(frozen=True)
@@ -134,10 +132,12 @@ def _describe(experiment: Experiment) -> None:
     if doubles := {name for name in names if names.count(name) > 1}:
         raise InputError(f"two scenes are called {min(doubles)!r}: their results would share a folder")
     for name in (*names, *experiment.methods):
-        if _UNFIT.search(name) or name.strip(" .") != name:
-            raise InputError(f"{name!r} cannot be the name of a folder of results")
+        if fault := fault_of_name(name):
+            raise InputError(f"{name!r} {fault}")
     if experiment.given and len(names) > 1:
         raise InputError(f"{experiment.given.path} cannot be the reference of {len(names)} scenes")
+    for _, _, place, _ in _places(experiment):
+        check_inside(experiment.folder, place)
     for scene in experiment.scenes:
         pixel_of(scene, experiment.probe)
         if experiment.given:

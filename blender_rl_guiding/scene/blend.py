@@ -1,18 +1,18 @@
 """Opens .blend files: runs the add-on's exporter in a Blender of its own and reads the bundle that it writes."""
 
 import importlib.util
-import json
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ..children import Child, running
 from ..errors import InputError
 from ..leftovers import temporary_folder
+from ..typed import MalformedError, parse, read
 from .bundle import load
 from .data import SceneData
 from .description import Loss
@@ -110,16 +110,29 @@ def _coverage(child: Child, blend: Path) -> tuple[Loss, ...]:
     outcome = next((found for line in reversed(said.splitlines()) if (found := outcome_of(line))), None)
     if outcome is None:
         raise failure(blend, child, said)
-    return tuple(Loss(**loss) for loss in outcome["coverage"])
+    return outcome.coverage
 
 
-def outcome_of(line: str) -> dict[str, Any] | None:
+@dataclass(frozen=True)
+class Outcome:
+    """What the exporter says of its work."""
+
+    ok: str = ""  # the bundle
+    error: str = ""  # one line; empty where all went well
+    coverage: tuple[Loss, ...] = ()
+    source: str = ""  # of an animation: what its frames are made of, see `frames`
+
+
+def outcome_of(line: str) -> Outcome | None:
     """What a line of the exporter says; None for the lines that Blender writes. InputError where it is an error."""
     if not line.startswith(('{"ok"', '{"error"')):
         return None
-    outcome = json.loads(line)
-    if "error" in outcome:
-        raise InputError(outcome["error"])
+    try:
+        outcome: Outcome = read(Outcome, parse(line), "the exporter's answer", loose=True)
+    except MalformedError as error:
+        raise InputError(f"Blender said something that is no answer of the exporter: {error}") from error
+    if outcome.error:
+        raise InputError(outcome.error)
     return outcome
 
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..strings import fault_of_name
 from . import instances
 from .data import ARRAYS, SceneData
 from .description import CAMERA, Closure, Lamp, Node, Shader, Value, emits
@@ -93,8 +93,8 @@ def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _find_bad_description(scene: SceneData) -> str:
-    if scene.name in ("", "..") or scene.name != Path(scene.name).name:
-        return f"the name {scene.name!r} is not one that a folder can have"
+    if fault := fault_of_name(scene.name):
+        return f"the name {scene.name!r} {fault}"
     camera, film, window = scene.camera, scene.film, scene.camera.window
     if camera.kind not in _CAMERAS or film.filter not in _FILTERS:
         return f"the camera is {camera.kind!r} and the filter {film.filter!r}, but there are {_CAMERAS} and {_FILTERS}"

@@ -5,12 +5,11 @@ import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 from ..children import Child, running
 from ..errors import InputError
 from ..leftovers import temporary_folder
-from .blend import exporter, failure, outcome_of
+from .blend import Outcome, exporter, failure, outcome_of
 from .bundle import load
 from .data import SceneData
 from .view import View
@@ -27,7 +26,7 @@ class Frames:
 
         The first to be called. InputError where the file cannot be opened or has nothing of that kind.
         """
-        return self._outcome()["source"]
+        return self._outcome().source
 
     def ask(self, frame: int) -> None:
         """Begin to export a frame."""
@@ -43,7 +42,7 @@ class Frames:
         self._bundle.unlink()
         return scene
 
-    def _outcome(self) -> dict[str, Any]:
+    def _outcome(self) -> Outcome:
         assert self._child.process.stdout
         for line in self._child.process.stdout:
             if outcome := outcome_of(line):

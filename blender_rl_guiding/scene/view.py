@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..typed import parse, read
 
 AUTO = "auto"  # the camera that frames everything, see `framing`
 LAST_FRAME = 1_048_574  # Blender's; the first is as far below 0
@@ -79,11 +80,8 @@ class View:
 
     @classmethod
     def from_json(cls, text: str) -> "View":
-        """What `to_json` made the text of."""
-        values: dict[str, Any] = json.loads(text)
-        size = values["resolution"]
-        values["resolution"] = tuple(size) if size else None
-        return cls(**values)
+        """What `to_json` made the text of. MalformedError where it is something else."""
+        return read(cls, parse(text), "the view")
 
     def check_none(self, path: Path) -> None:
         """InputError if anything is chosen: the file at `path` is a bundle."""

@@ -9,6 +9,7 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.experiments import report
+from blender_rl_guiding.experiments.page import page
 from blender_rl_guiding.experiments.references import Given
 from blender_rl_guiding.experiments.runner import Experiment, run
 from blender_rl_guiding.images import read_exr, write_exr
@@ -57,7 +58,7 @@ def test_another_reference_judges_anew_without_rendering(compiled: None, silent:
         assert values["metrics"]["mape"] == mape(image, np.full((12, 12, 3), 0.25, np.float32))
         assert values["judged_by"] != before[method]["judged_by"]
         assert not any("mape_display" in entry or "relmse" in entry for entry in values["curve"])
-    assert "(grey 0.25)" in report.write(tmp_path / "out").read_text(encoding="utf-8")
+    assert "(grey 0.25)" in page(report.write(tmp_path / "out"))
 
 
 def test_the_same_reference_changes_nothing(compiled: None, silent: Events, tmp_path: Path):
@@ -74,5 +75,17 @@ def test_what_is_no_reference_is_refused(compiled: None, silent: Events, tmp_pat
 
 @pytest.mark.parametrize("name", ["a/b", "..", "", "what?", " a"])
 def test_a_name_that_no_folder_can_have_is_refused(name: str, silent: Events, tmp_path: Path):
-    with pytest.raises(InputError, match="cannot be the name of a folder"):
+    with pytest.raises(InputError, match="cannot be the name of a file or folder"):
         run([replace(experiment(tmp_path, given(tmp_path, 0.5)), methods={name: Render()})], Machine(), 1, silent)
+
+
+@pytest.mark.parametrize("link", ["tiny0", "tiny0/bsdf", "tiny0/bsdf/seed-0"])
+def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Events, tmp_path: Path):
+    """The folder may be somebody else's, to be gone on with."""
+    (tmp_path / "elsewhere").mkdir()
+    place = tmp_path / "out" / link
+    place.parent.mkdir(parents=True)
+    place.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="leads out of"):
+        run([experiment(tmp_path, given(tmp_path, 0.5))], Machine(), 1, silent)
+    assert not [*(tmp_path / "elsewhere").iterdir()]

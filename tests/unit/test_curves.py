@@ -58,6 +58,12 @@ def test_losses_of_different_kinds_are_apart():
     }
 
 
+def test_losses_may_be_anything():
+    inf, nan = float("inf"), float("nan")
+    summary = Summary("dqn", (run(losses=[inf, 1e308, nan]), run(losses=[-inf, 1e308, 1.0])))
+    assert str(curves.losses(summary)) == str([(1, nan), (2, inf), (3, nan)])
+
+
 @pytest.mark.parametrize("losses", [[1.0], [1.0, float("inf")]])
 def test_a_few_losses_stay_as_they_are(losses):
     assert curves.losses(Summary("dqn", (run(losses=losses),))) == list(enumerate(losses, 1))

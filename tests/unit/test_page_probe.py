@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments.folders import load
 from blender_rl_guiding.experiments.page import page
-from blender_rl_guiding.experiments.results import load
 from tests.unit.test_report import make_experiment
 
 
@@ -50,9 +49,10 @@ def test_without_truth_there_is_no_such_picture(tmp_path: Path):
     assert "What is learnt" not in page(load(make_experiment(tmp_path)))
 
 
-@pytest.mark.parametrize(("content", "message"), [("{", "not JSON"), ('{"pixel": [1, 2]}', "not a probe")])
+@pytest.mark.parametrize(("content", "message"), [("{", "not JSON"), ('{"pixel": [1, 2]}', "lacks 'position'")])
 def test_damage_is_told(tmp_path: Path, content: str, message: str):
     make_experiment(tmp_path, seeds=1)
     (tmp_path / "c1" / "probe.json").write_text(content)
-    with pytest.raises(InputError, match=rf"probe\.json: {message}"):
-        load(tmp_path)
+    (line,) = load(tmp_path).damaged
+    assert line.startswith("c1/probe.json: not a probe")
+    assert message in line

@@ -7,10 +7,11 @@ import pytest
 
 from blender_rl_guiding.experiments import published
 from blender_rl_guiding.experiments.catalogue import CATALOGUE
+from blender_rl_guiding.experiments.folders import load
 from blender_rl_guiding.experiments.latex import escape, latex
 from blender_rl_guiding.experiments.page import page
 from blender_rl_guiding.experiments.report import write
-from blender_rl_guiding.experiments.results import Estimate, load, ratio_of
+from blender_rl_guiding.experiments.results import Estimate, ratio_of
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment
 
@@ -117,7 +118,7 @@ def test_the_latex_table_escapes_names_and_has_all_cells(tmp_path: Path):
 def test_figures_are_written_as_pdf_and_png(tmp_path: Path):
     make_experiment(tmp_path, methods={"uniform": 0.6, "dqn": 0.2})
     add_probe(tmp_path, {"dqn": (3, 4)})
-    assert write(tmp_path) == tmp_path / "report.html"
+    write(tmp_path)
     assert (tmp_path / "table.tex").read_text() == latex(load(tmp_path))
     names = {"images-c1", "learnt-c1", "mape-c1", "relmse-time-c1", "loss-squared-error-c1"}
     found = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}

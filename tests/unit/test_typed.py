@@ -1,12 +1,15 @@
 """Reading values of annotated types from JSON that anyone may have written."""
 
+import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
 
-from blender_rl_guiding.typed import MalformedError, Range, parse, read
+from blender_rl_guiding import typed
+from blender_rl_guiding.typed import MalformedError, Range, load, parse, read
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,7 @@ class Whole:
     parts: tuple[Part, ...]
     corner: tuple[float, float]
     value: float | tuple[float, float] | Part | None
+    name_or_none: Annotated[str, lambda name: "is short" if len(name) < 3 else ""] | None
     by_name: dict[str, int]
     free: Any = None
 
@@ -33,6 +37,7 @@ GOOD: dict[str, Any] = {
     "parts": [{"index": 0}],
     "corner": [1, 2.5],
     "value": {"index": 3},
+    "name_or_none": "abc",
     "by_name": {"x": 2**62},
     "free": [None],
 }
@@ -40,7 +45,7 @@ GOOD: dict[str, Any] = {
 
 def test_good_values_are_taken():
     made = read(Whole, GOOD, "whole")
-    assert made == Whole("é", "a", 1.0, (Part(0),), (1.0, 2.5), Part(3), {"x": 2**62}, [None])
+    assert made == Whole("é", "a", 1.0, (Part(0),), (1.0, 2.5), Part(3), "abc", {"x": 2**62}, [None])
     assert type(made.share) is float
     assert [read(Whole, GOOD | {"value": v}, "whole").value for v in (1, [1, 2], None)] == [1.0, (1.0, 2.0), None]
 
@@ -52,6 +57,8 @@ BAD = {
     "parts": [[{"index": 10}], [{"index": 10**40}], [{"index": 0.0}], [{}], [{"index": 1, "more": 2}], {}, [3], None, "ab"],
     "corner": [[1], [1, 2, 3], [1, None], 1, {"0": 1}],
     "value": ["a", [1], True, {"index": -1}, {"x": 1}],
+    "name_or_none": ["ab", 3],
+    "free": ["\ud800", {"\ud800": 1}, [[{"a": ["\udfff"]}]], json.loads("[" * 40 + "]" * 40)],
     "by_name": [[], {"x": 2**63}, {"x": 1.0}, {"\udfff": 1}],
 }
 
@@ -79,3 +86,34 @@ def test_what_is_no_json_is_one_line(text):
     with pytest.raises(MalformedError, match=r"^not JSON") as info:
         parse(text)
     assert "\n" not in str(info.value)
+
+
+def test_long_lists_of_numbers_are_checked_as_short_ones_are():
+    kind = tuple[Annotated[float, Range(0, 1)], ...]
+    assert read(kind, [0.5, 1.0, 0.0], "n") == (0.5, 1.0, 0.0)
+    assert [type(number) for number in read(kind, [0.5, 1], "n")] == [float, float]
+    assert math.isnan(read(tuple[float, ...], [math.nan], "n")[0])
+    for bad in (math.nan, math.inf, -0.1, "1", None, True):
+        with pytest.raises(MalformedError, match=r"^n\[1\] is"):
+            read(kind, [0.5, bad], "n")
+
+
+def test_plain_numbers_by_name_are_checked_alike():
+    kind = dict[str, int | float]
+    assert read(kind, {"a": 1, "b": 0.5}, "n") == {"a": 1, "b": 0.5}
+    for bad in ({"a": True}, {"a": 2**63}, {"a": None}, {"a": "1"}, {"\ud800": 1}):
+        with pytest.raises(MalformedError, match=r"^n"):
+            read(kind, bad, "n")
+
+
+def test_a_file_of_json_is_a_file_and_not_without_end(tmp_path, monkeypatch):
+    path = tmp_path / "a.json"
+    path.write_text('{"a": [1]}')
+    assert load(path) == {"a": [1]}
+    monkeypatch.setattr(typed, "LARGEST", 9)
+    with pytest.raises(MalformedError, match="more than 9 bytes"):
+        load(path)
+    with pytest.raises(MalformedError, match="not a file"):
+        load(Path("/dev/zero"))
+    with pytest.raises(OSError, match="directory"):
+        load(tmp_path)

@@ -1,0 +1,248 @@
+"""Reads an experiment's folder, which anyone may have made: what of it is damaged is told and left out, and the rest is still a report."""
+
+import hashlib
+import os
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from .. import typed
+from ..errors import InputError, check_inside
+from ..images import read_exr
+from ..settings import recorded
+from ..strings import Name, fault_of_name
+from ..typed import Range
+from . import result_file
+from .results import MEASURES, Learnt, Results, Run, Truth
+
+MOST_RUNS = 100_000
+SHORTEST = 1e-9  # seconds of a run: rates are per second
+_Count = Annotated[int, Range(0, 2**63 - 1)]
+_Patches = Annotated[int, Range(1, 1024)]  # along one side of a hemisphere
+# Limits far beyond what renders have, so that whatever is read can be squared, summed up and drawn.
+_Error = Annotated[float, Range(0.0, 1e30)]
+_Number = Annotated[float, Range(-1e30, 1e30)]
+_CURVE = dict.fromkeys(("samples", "mape_display", "relmse"), Range(0.0, 1e30))
+_CURVE |= dict.fromkeys(("seconds", "train_seconds", "infer_seconds"), Range(0.0, 1e12))
+
+
+def _no_word(text: str) -> str:
+    return fault_of_name(text) or ("is too long" if len(text) > 40 else "")
+
+
+_Word = Annotated[str, _no_word]  # that names of figures have in them
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """experiment.json."""
+
+    scenes: tuple[Name, ...]
+    methods: tuple[Name, ...]
+    seeds: tuple[_Count, ...]
+    baseline: Name
+    command: str
+    name: str = ""
+    reference: str = "as converged as it was asked for"
+
+
+@dataclass(frozen=True)
+class _Encoder:
+    kind: str
+
+
+@dataclass(frozen=True)
+class _Guide:
+    kind: _Word
+    error: _Word = ""  # what the loss is of, where it learns by one
+    encoder: _Encoder = _Encoder("none")
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """What of a run's settings the report goes by; the rest of them is only shown."""
+
+    guide: _Guide
+    nee: bool = False
+
+
+@dataclass(frozen=True)
+class _Probe:
+    """probe.json."""
+
+    pixel: tuple[int, int]
+    position: tuple[_Number, _Number, _Number]
+    right: tuple[_Number, _Number, _Number]
+    up: tuple[_Number, _Number, _Number]
+    patches: tuple[_Patches, _Patches]
+    radiance: tuple[_Error, ...]
+    spp: _Count
+
+
+def load(folder: Path) -> Results:
+    """Read an experiment's folder.
+
+    Runs without result.json were not finished and are listed as missing. What is damaged is listed, too, and left out. InputError where
+    experiment.json is damaged, or if no run is left.
+    """
+    plan = _plan(folder / "experiment.json")
+    # By the plan and not by what lies there: the folder may hold runs of an earlier, larger experiment.
+    places = [(scene, method, seed) for scene in plan.scenes for method in plan.methods for seed in sorted(plan.seeds)]
+    runs, missing, damage = list[Run](), [], _Damage(folder)
+    for scene, method, seed in places:
+        place = folder / scene / method / f"seed-{seed}"
+        if os.path.lexists(place / "result.json"):
+            runs += damage.without(_run, folder, place, scene, method)
+        else:
+            missing.append(f"{scene}/{method}/seed-{seed}")
+    truths = {scene: truth for scene in plan.scenes for truth in damage.without(_truth, folder, scene)}
+    shown = [_with_pictures(folder, scene, [run for run in runs if run.scene == scene], damage) for scene in plan.scenes]
+    kept = tuple(run for found, _ in shown for run in found)
+    if not kept:
+        raise InputError(f"{folder}: no run of the experiment is {f'whole: {damage.found[0]}' if damage.found else 'finished'}")
+    pictured = frozenset(scene for scene, (_, there) in zip(plan.scenes, shown, strict=True) if there)
+    told = (plan.name, plan.scenes, plan.methods, plan.baseline, plan.command, plan.reference)
+    return Results(folder, *told, kept, tuple(missing), truths, tuple(damage.found), pictured)
+
+
+class _Damage:
+    """What is damaged in a folder, in the order in which it was found."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self.found = folder, list[str]()
+
+    def without[T](self, read: Callable[..., T | None], *args: Any) -> list[T]:
+        """What was read: one, or none where it is damaged or not there."""
+        try:
+            value = read(*args)
+        except InputError as error:
+            self.found.append(str(error).replace(f"{self._folder}{os.sep}", ""))
+            return []
+        return [] if value is None else [value]
+
+
+def _plan(path: Path) -> _Plan:
+    plan = _read(_Plan, path, "an experiment")
+    for what, names in (("scenes", plan.scenes), ("methods", plan.methods), ("seeds", plan.seeds)):
+        if len(set(names)) < len(names):
+            raise InputError(f"{path}: not an experiment, or damaged ({statistics.mode(names)!r} stands in {what} twice)")
+    if plan.baseline not in plan.methods:
+        raise InputError(f"{path}: the baseline {plan.baseline!r} is not one of the methods {', '.join(plan.methods)}")
+    if (count := len(plan.scenes) * len(plan.methods) * len(plan.seeds)) > MOST_RUNS:
+        raise InputError(f"{path}: not an experiment, or damaged (it has {count} runs)")
+    return plan
+
+
+def _run(folder: Path, place: Path, scene: str, method: str) -> Run:
+    path = place / "result.json"
+    check_inside(folder, path)
+    record = result_file.read(path)
+    try:
+        _check_curve(record.curve)
+        typed.read(_Settings, record.settings, "settings", loose=True)
+        metrics = typed.read(dict[str, _Error], record.metrics, "metrics")
+        metrics = {name: metrics[name] for name in MEASURES}
+    except KeyError as error:
+        raise InputError(f"{path}: not a result, or damaged (metrics lacks {error})") from error
+    except typed.MalformedError as error:
+        raise InputError(f"{path}: not a result, or damaged ({error})") from error
+    if record.seconds < SHORTEST:
+        raise InputError(f"{path}: not a result, or damaged (seconds is {record.seconds})")
+    return Run(
+        folder=place,
+        scene=scene,
+        method=method,
+        seed=record.seed,
+        spp=record.spp,
+        seconds=record.seconds,
+        learn_seconds=record.learn_seconds,
+        rays=record.rays,
+        metrics=metrics,
+        settings=recorded(record.settings),
+        machine=record.machine,
+        versions=record.versions,
+        curve=list(record.curve),
+        losses=list(record.losses),
+        learnt=_learnt(record.probe),
+        resolution=record.resolution,
+        digest=record.images.get("image.exr"),
+    )
+
+
+def _check_curve(curve: Sequence[Mapping[str, float]]) -> None:
+    """MalformedError on an entry that has no place in a chart."""
+    for k, entry in enumerate(curve):
+        if missing := {"samples", "seconds"} - entry.keys():
+            raise typed.MalformedError(f"curve[{k}] lacks {min(missing)!r}")
+        for name, limits in _CURVE.items():
+            if name in entry and not limits.low <= entry[name] <= limits.high:
+                raise typed.MalformedError(f"curve[{k}].{name} is {entry[name]}, not within {limits.low} and {limits.high}")
+
+
+def _learnt(q: result_file.Learnt | None) -> Learnt | None:
+    return q and Learnt(q.pixel, np.array(q.q).reshape(q.rows, q.columns))
+
+
+def _truth(folder: Path, scene: str) -> Truth | None:
+    path = folder / scene / "probe.json"
+    if not os.path.lexists(path):
+        return None
+    check_inside(folder, path)
+    probe = _read(_Probe, path, "a probe")
+    rows, columns = probe.patches
+    if len(probe.radiance) != rows * columns:
+        raise InputError(f"{path}: not a probe, or damaged (radiance has {len(probe.radiance)} values, not {rows} x {columns})")
+    return Truth(probe.pixel, probe.position, probe.right, probe.up, np.array(probe.radiance).reshape(rows, columns), probe.spp)
+
+
+def _read[T](kind: type[T], path: Path, what: str) -> T:
+    try:
+        return typed.read(kind, typed.load(path), what.split()[-1], loose=True)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except typed.MalformedError as error:
+        raise InputError(f"{path}: not {what}, or damaged ({error})") from error
+
+
+# --- pictures --------------------------------------------------------------------------------------------------------
+
+
+def _with_pictures(folder: Path, scene: str, runs: list[Run], damage: _Damage) -> tuple[list[Run], bool]:
+    """The runs without those whose picture would be shown but is damaged, and whether there are pictures: not without a reference."""
+    if not runs:
+        return [], False
+    sizes = [run.resolution for run in runs if run.resolution]
+    size = statistics.mode(sizes) if sizes else None
+    reference = damage.without(_picture, folder, folder / scene / "reference.exr", size)
+    if not reference:
+        return runs, False
+    height, width, _ = reference[0].shape
+    whole, shown = [], set[str]()
+    for run in runs:
+        if run.method in shown or damage.without(_image, folder, run, (width, height)):
+            whole.append(run)
+            shown.add(run.method)
+    return whole, True
+
+
+def _image(folder: Path, run: Run, size: tuple[int, int]) -> np.ndarray:
+    path = run.folder / "image.exr"
+    image = _picture(folder, path, size)
+    if run.digest and hashlib.sha256(path.read_bytes()).hexdigest() != run.digest:
+        raise InputError(f"{path} is not the image that was written with its result.json")
+    return image
+
+
+def _picture(folder: Path, path: Path, size: tuple[int, int] | None) -> np.ndarray:
+    check_inside(folder, path)
+    image, _ = read_exr(path)
+    height, width, _ = image.shape
+    if size and (width, height) != size:
+        raise InputError(f"{path} is {width} x {height} pixels, not {size[0]} x {size[1]} as the others")
+    if not np.isfinite(image).all():
+        raise InputError(f"{path} has pixels that are not finite numbers")
+    return image

@@ -1,0 +1,263 @@
+"""The jobs and events of the renderer's process, lines of JSON, declared once for both sides.
+
+Whatever a line may be, it is one of these or a MalformedError.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields
+from typing import IO, Annotated, Any
+
+from .strings import Name
+from .typed import MalformedError, Range, parse, read, shown
+
+LONGEST = 1 << 24  # bytes of a line
+
+
+def _path(text: str) -> str:
+    return "" if text and "\0" not in text else "is no path"
+
+
+def _some(values: Any) -> str:
+    return "" if values else "is empty"
+
+
+def _different(values: tuple[int, ...]) -> str:
+    return "is empty" if not values else "" if len(set(values)) == len(values) else "has one twice"
+
+
+_Path = Annotated[str, _path]
+_Whole = Annotated[int, Range(0, 2**31 - 1)]
+_Positive = Annotated[int, Range(1, 2**31 - 1)]
+_Number = Annotated[float, Range(-1e30, 1e30)]
+_Seconds = Annotated[float, Range(0, 1e12)]
+_Share = Annotated[float, Range(0, 10)]
+_Settings = dict[str, Any]  # of `Render` or `Machine`: `schema.from_dict` reads them
+
+
+# --- jobs ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Nobody needs the worker for now: it ends by itself after a while."""
+
+
+@dataclass(frozen=True)
+class Wake:
+    """Somebody needs it again, though not at once."""
+
+
+@dataclass(frozen=True)
+class Prepare:
+    """Compile or load what a render with these settings needs, while its scene is still being made."""
+
+    settings: _Settings
+    machine: _Settings = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Render:
+    """Render a bundle: images into the folder `frames`, and the run into `out`, each if it is there."""
+
+    bundle: _Path
+    settings: _Settings
+    machine: _Settings = field(default_factory=dict)
+    frames: _Path | None = None
+    out: _Path | None = None
+    method: Name | None = None  # what the run is called after; the guide, if it has no name of its own
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What is compared with: so many samples, or a file with what it is called in the report."""
+
+    spp: _Positive | None = None
+    file: _Path | None = None
+    about: str = ""
+
+
+@dataclass(frozen=True)
+class Compare:
+    """Compare methods on a bundle: runs and report into the folder `out`. Runs that are done already are kept."""
+
+    bundle: _Path
+    methods: Annotated[dict[Name, _Settings], _some]  # by name, the baseline first
+    seeds: Annotated[tuple[_Whole, ...], _different]
+    reference: Reference
+    out: _Path
+    command: str  # how it was started, for the report
+    probe: tuple[int, int] | None = None  # the pixel where to show what is learnt
+    jobs: Annotated[int, Range(1, 1024)] = 1  # runs at a time
+    machine: _Settings = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Inspect:
+    """Render a bundle, and show what was learnt at a pixel: a run and two pictures into the folder `out`."""
+
+    bundle: _Path
+    settings: _Settings
+    out: _Path
+    pixel: tuple[int, int] | None = None
+    machine: _Settings = field(default_factory=dict)
+    method: Name | None = None
+
+
+Job = Rest | Wake | Prepare | Render | Compare | Inspect
+JOBS: dict[str, type[Job]] = {"rest": Rest, "wake": Wake, "prepare": Prepare, "render": Render, "compare": Compare, "inspect": Inspect}
+
+
+def read_job(line: bytes) -> Job:
+    """A job from a line {"job": its name, ...}."""
+    name, values = _named(line, "job", JOBS)
+    kind = JOBS[name]
+    if unknown := values.keys() - {known.name for known in fields(kind)}:
+        raise MalformedError(f"{name} has {shown(min(unknown))}, which is nothing of it")
+    return read(kind, values, name, loose=True)
+
+
+# --- events ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Ready:
+    """It can be given jobs."""
+
+    version: str
+
+
+@dataclass(frozen=True)
+class Note:
+    """A line that stays."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Status:
+    """What is going on, and the share of it that is done."""
+
+    text: str
+    share: _Share
+
+
+@dataclass(frozen=True)
+class Pass:
+    """How far an image is."""
+
+    samples: _Positive
+    of: _Positive
+    seconds: _Seconds
+    left: _Seconds
+    shown: bool  # whether the image so far was written
+    learning: dict[str, int | float]  # loss, steps, cells, as far as there are any
+
+
+@dataclass(frozen=True)
+class Error:
+    """A job failed, by something that the user can mend."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Done:
+    """A job ended; see `OUTCOMES`."""
+
+
+EVENTS = {"ready": Ready, "note": Note, "status": Status, "pass": Pass, "error": Error, "done": Done}
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """Of a render."""
+
+    samples: _Whole
+    seconds: _Seconds
+
+
+@dataclass(frozen=True)
+class _Errors:
+    mape_display: _Number
+    mape: _Number
+    relmse: _Number
+    flip: _Number
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A method, with the files of its first seed."""
+
+    method: Name
+    image: _Path
+    heat: _Path
+    errors: _Errors
+    seeds: _Whole
+    spp: _Whole
+    seconds: _Seconds
+    samples_per_second: _Number
+    learn_share: _Number
+    equal_time: float | None  # infinite where the baseline has no error
+
+
+@dataclass(frozen=True)
+class _Picture:
+    name: str
+    path: _Path
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Of a comparison, see `handover`."""
+
+    page: _Path
+    about: str
+    reference: _Path
+    methods: tuple[_Row, ...]
+    pictures: tuple[_Picture, ...]
+    failed: _Whole
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """Of an inspection."""
+
+    pictures: Annotated[tuple[_Path, ...], _some]
+
+
+OUTCOMES = {"render": Rendered, "compare": Compared, "inspect": Inspected}  # what `done` tells, by job
+
+
+def read_event(line: bytes) -> dict[str, Any]:
+    """An event from a line {"event": its name, ...}, with all that its class has, and maybe more."""
+    name, values = _named(line, "event", EVENTS)
+    read(EVENTS[name], values, name, loose=True)
+    return {"event": name, **values}
+
+
+def check_outcome(job: str, event: dict[str, Any]) -> None:
+    """MalformedError where `done` does not tell what it should of a job."""
+    read(OUTCOMES[job], event, "done", loose=True)
+
+
+# --- lines -----------------------------------------------------------------------------------------------------------
+
+
+def _named(line: bytes, what: str, known: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The name in a line, and the rest of it."""
+    if len(line) > LONGEST:
+        raise MalformedError(f"a line of more than {LONGEST} bytes")
+    values = parse(line)
+    if not isinstance(values, dict) or not isinstance(values.get(what), str) or values[what] not in known:
+        raise MalformedError(f"{shown(values)} is none of the {what}s {', '.join(known)}")
+    return values.pop(what), values
+
+
+def lines(stream: IO[bytes]) -> Iterator[bytes]:
+    """The lines of a pipe until its end; one that is too long is cut, just so that it can be told."""
+    read_on: Callable[[int], bytes] = stream.readline
+    while line := read_on(LONGEST + 1):
+        rest = line
+        while rest and not rest.endswith(b"\n"):
+            rest = read_on(LONGEST)
+        yield line

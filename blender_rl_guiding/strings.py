@@ -1,0 +1,40 @@
+"""Text that others chose: what of it can be the name of a file, and how a terminal may show it.
+
+Standard library only: Blender's own Python (3.11 or newer) imports this.
+"""
+
+import re
+from typing import IO, Annotated
+
+# What a terminal obeys, what turns the order of letters round, what ends a line, and halves of characters.
+_UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+_UNFIT = re.compile(rf'{_UNSEEN.pattern}|[/\\:*?"<>|]|^$')  # in the name of a file, on one system or another
+LONGEST = 150  # bytes of a name: file systems take 255, and the names of figures and temporary files are longer
+
+
+def printable(text: str) -> str:
+    """The text in one line that a terminal cannot but show."""
+    return _UNSEEN.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def say(text: object, file: IO[str] | None = None) -> None:
+    """Print a line, on stdout if nothing else is named."""
+    print(printable(str(text)), file=file, flush=True)
+
+
+def fault_of_name(name: str) -> str:
+    """Why a file or folder should not be called so; empty if it can be."""
+    if _UNFIT.search(name) or name.strip(" .") != name:
+        return "cannot be the name of a file or folder"
+    if len(name.encode()) > LONGEST:
+        return f"is longer than the {LONGEST} bytes that a file's name may have"
+    return ""
+
+
+def fit(name: str) -> str:
+    """The nearest name that a file can have."""
+    kept = _UNFIT.sub("_", name).strip(" .").encode()[:LONGEST]
+    return kept.decode(errors="ignore").strip(" .") or "_"
+
+
+Name = Annotated[str, fault_of_name]  # for `typed.read`

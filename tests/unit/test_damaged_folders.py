@@ -1,0 +1,130 @@
+"""Run folders that anyone may have made: whatever is in them, a report comes of it that says what is left out, or one line."""
+
+import io
+import json
+import os
+import re
+import shutil
+import unicodedata
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from blender_rl_guiding import cli, images
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments import discs, figures, page_probe, report
+from blender_rl_guiding.experiments.folders import load
+from blender_rl_guiding.experiments.handover import handed_over
+from tests import mutations
+from tests.unit.test_page_probe import add_probe
+from tests.unit.test_report import make_experiment, write_figures
+
+FILES = ("experiment.json", "c1/probe.json", "c1/dqn/seed-0/result.json")
+WHOLE = os.environ.get("RLG_ALL_MUTATIONS") == "1"  # some minutes; otherwise a part of them, which is always the same
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A tiny folder with all that a report can have."""
+    folder = make_experiment(tmp_path_factory.mktemp("good"), size=4, methods={"uniform": 0.6, "dqn": 0.2})
+    add_probe(folder, {"dqn": (3, 4)})
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def _small_and_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figures, "write", lambda results: None)
+    monkeypatch.setattr(page_probe, "_SIZE", 6)
+    monkeypatch.setattr(discs, "SMOOTH", 1)
+
+
+def outcome(folder: Path, all_of_it: bool = False) -> str:
+    """What is made of a folder, slow things too or not; empty where nothing is damaged, the first line about damage otherwise."""
+    outside = listing(folder.parent)
+    try:
+        results = report.write(folder)
+        if all_of_it:
+            report.show(results, Console(file=io.StringIO()))
+            write_figures(results)
+        if results.scenes[0] in results.pictured:
+            json.dumps(handed_over(results)).encode()
+        line = "".join(results.damaged[:1])
+        page = (folder / "report.html").read_text(encoding="utf-8")
+        assert not results.damaged or "<b>Damaged:</b>" in page
+    except InputError as error:
+        line = str(error)
+        assert line
+    assert not any(unicodedata.category(letter) in ("Cc", "Cs") for letter in line), ascii(line)
+    assert len(line) < 1000
+    assert listing(folder.parent) == outside
+    return line
+
+
+def listing(folder: Path) -> list[str]:
+    """What lies directly in it: where `..` in a name would lead."""
+    return sorted(path.name for path in folder.iterdir())
+
+
+def chosen(found: Iterator[tuple[str, object]], count: int, seed: int) -> list:
+    return list(found) if WHOLE else mutations.some(found, count, seed)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_any_value_of_any_file(good: Path, tmp_path: Path, name: str):
+    copy = shutil.copytree(good, tmp_path / "folder")
+    fine = 0
+    for k, (what, text) in enumerate(chosen(mutations.of_json((good / name).read_text()), 120, seed=1)):
+        (copy / name).write_text(text)
+        with mutations.named(what):
+            fine += not outcome(copy, all_of_it=not k % 40)
+    assert fine
+
+
+@pytest.mark.parametrize("name", [*FILES, "c1/reference.exr", "c1/dqn/seed-0/image.exr"])
+def test_any_bytes_of_any_file(good: Path, tmp_path: Path, name: str):
+    copy = shutil.copytree(good, tmp_path / "folder")
+    for what, data in mutations.of_bytes((good / name).read_bytes(), seed=2, count=100 if WHOLE else 5):
+        (copy / name).write_bytes(data)
+        with mutations.named(what):
+            outcome(copy)
+
+
+def test_any_file_that_is_none_or_another(good: Path, tmp_path: Path):
+    for what, do in chosen(mutations.of_files(good), 50, seed=3):
+        copy = shutil.copytree(good, tmp_path / "folder")
+        do(copy)
+        with mutations.named(what):
+            outcome(copy)
+        shutil.rmtree(copy)
+
+
+def test_a_pipe_is_not_waited_for(good: Path, tmp_path: Path):
+    copy = shutil.copytree(good, tmp_path / "folder")
+    for name in ("c1/dqn/seed-1/result.json", "c1/uniform/seed-0/image.exr", "c1/probe.json"):
+        (copy / name).unlink()
+        os.mkfifo(copy / name)
+    assert [line.split(":")[0].removeprefix("cannot read ") for line in load(copy).damaged] == [
+        "c1/dqn/seed-1/result.json",
+        "c1/probe.json",
+        "c1/uniform/seed-0/image.exr",
+    ]
+
+
+def test_an_image_is_not_unpacked_where_memory_does_not_suffice(good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    copy = shutil.copytree(good, tmp_path / "folder")
+    monkeypatch.setattr(images, "available", lambda: 4 * 4 * 6 * 4 - 1)
+    lines = load(copy).damaged
+    assert len(lines) == 1
+    assert lines[0].startswith("c1/reference.exr takes 384 bytes of memory, but only 383 bytes are free")
+
+
+def test_the_command_lists_what_is_damaged_and_fails(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    copy = shutil.copytree(good, tmp_path / "folder")
+    for seed in "01":
+        (copy / "c1" / "dqn" / f"seed-{seed}" / "result.json").write_text("{}")
+    assert cli.main(["report", str(copy)]) == 2
+    said = capsys.readouterr()
+    assert said.out.endswith(f"{copy / 'report.html'}\n")
+    assert re.fullmatch(r"rlg: \S+: c1/dqn/seed-0/result.json: not a result.*, and 1 more: left out, as the report says\n", said.err)
