@@ -19,16 +19,17 @@ PATIENCE = 1.0  # seconds that a child has to leave whole files behind before it
 
 OnPace = Callable[[Task, Pace], None]
 OnEnd = Callable[[Task, Outcome], None]
+Note = Callable[[str], None]
 
 
-def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnPace, on_end: OnEnd) -> None:
-    """Do all runs, `jobs` at a time; with 1 in this process. Both callbacks are called in this process.
+def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnPace, on_end: OnEnd, note: Note) -> None:
+    """Do all runs, `jobs` at a time; with 1 in this process. The callbacks are called in this process.
 
     Images do not depend on `jobs`. A run that fails, or whose process dies, ends as an Outcome without seconds, and the others go on.
     """
     if jobs == 1:
         for task in tasks:
-            on_end(task, attempt(task, machine, lambda pace, task=task: on_pace(task, pace)))
+            on_end(task, attempt(task, machine, lambda pace, task=task: on_pace(task, pace), note))
         return
     waiting = iter(tasks)
     with _Workers(min(jobs, len(tasks)), replace(machine, threads=threads_each(machine, jobs))) as workers:
@@ -38,7 +39,10 @@ def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnP
             for pipe in wait(list(busy)):
                 worker = busy[pipe]  # type: ignore[index]  # these are the connections that went in
                 task, told = worker.hear()
-                if not isinstance(told, Outcome):
+                if isinstance(told, str):
+                    note(told)
+                    continue
+                if isinstance(told, Pace):
                     on_pace(task, told)
                     continue
                 on_end(task, told)
@@ -73,8 +77,8 @@ class _Worker:
         with contextlib.suppress(ConnectionError):  # it died; `hear` will tell
             self.pipe.send(task)
 
-    def hear(self) -> tuple[Task, Pace | Outcome]:
-        """The task at hand with how far it has come, or how it ended."""
+    def hear(self) -> tuple[Task, Pace | str | Outcome]:
+        """The task at hand with how far it has come, a line to be noted, or how it ended."""
         task = self.task
         assert task
         try:
@@ -130,7 +134,7 @@ def _serve(pipe: Connection, machine: Machine) -> None:
             if kind not in ready:
                 warm_up(task.settings.guide, machine)
                 ready.add(kind)
-            pipe.send(attempt(task, machine, pipe.send))
+            pipe.send(attempt(task, machine, pipe.send, pipe.send))
     except (EOFError, ConnectionError):
         return
     except KeyboardInterrupt:

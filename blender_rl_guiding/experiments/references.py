@@ -11,6 +11,7 @@ from ..cache import cache_home
 from ..errors import InputError
 from ..images import read_exr, write_exr
 from ..render import Result, render
+from ..render.checkpoint import in_folder
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
 
@@ -38,12 +39,17 @@ def read_given(given: Given, scene: SceneData) -> tuple[np.ndarray, str]:
 
 
 def reference(
-    scene: SceneData, max_bounces: int, spp: int, machine: Machine, on_share: Callable[[float], None] = lambda share: None
+    scene: SceneData,
+    max_bounces: int,
+    spp: int,
+    machine: Machine,
+    on_share: Callable[[float], None] = lambda share: None,
+    note: Callable[[str], None] = lambda text: None,
 ) -> np.ndarray:
     """The scene by BSDF sampling with next-event estimation, with at least `spp` samples per pixel; (H, W, 3) float32.
 
     Renders only the blocks that are not in the cache yet, so an interrupted reference goes on where it ended. `on_share` is
-    told the share that is done, 0..1.
+    told the share that is done, 0..1, `note` what has to be known.
     """
     blocks = -(-spp // BLOCK)
     total = np.zeros((scene.camera.height, scene.camera.width, 3))
@@ -52,15 +58,20 @@ def reference(
         def on_pass(state: Result, block: int = block) -> None:
             on_share((block + state.film.samples / BLOCK) / blocks)
 
-        total += _block(scene, max_bounces, block, machine, on_pass)
+        total += _block(scene, max_bounces, block, machine, on_pass, note)
     return (total / blocks).astype(np.float32)
 
 
-def _block(scene: SceneData, max_bounces: int, block: int, machine: Machine, on_pass: Callable[[Result], None]) -> np.ndarray:
+def _block(
+    scene: SceneData, max_bounces: int, block: int, machine: Machine, on_pass: Callable[[Result], None], note: Callable[[str], None]
+) -> np.ndarray:
     path = _folder(scene, max_bounces) / f"block-{block:04}.exr"
     if not path.exists():
         settings = Render(spp=BLOCK, max_bounces=max_bounces, nee=True, seed=_FIRST_SEED + block, guide=BSDF())
-        write_exr(path, render(scene, settings, machine, on_pass).image, {"scene_key": scene.key})
+        checkpoint = in_folder(path.parent, note, f"-{block:04}")
+        image = render(scene, settings, machine, on_pass, checkpoint=checkpoint).image
+        write_exr(path, image, {"scene_key": scene.key})
+        checkpoint.remove()
     return read_exr(path)[0]
 
 

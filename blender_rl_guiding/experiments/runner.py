@@ -71,7 +71,7 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
             forecast.end(task, outcome)
             progress.note(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
 
-        perform_all(due, machine, jobs, on_pace, on_end)
+        perform_all(due, machine, jobs, on_pace, on_end, progress.note)
     return failed
 
 
@@ -150,7 +150,7 @@ def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progr
         return Judge(truth, digest)
     progress.note(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time")
     with progress.bar(f"{scene.name}: reference", 1) as advance:
-        truth = reference(scene, _max_bounces(experiment), experiment.reference_spp, machine, advance)
+        truth = reference(scene, _max_bounces(experiment), experiment.reference_spp, machine, advance, progress.note)
     write_exr(path, truth, {"scene_key": scene.key, "spp": str(experiment.reference_spp)})
     return Judge(truth, RENDERED)
 

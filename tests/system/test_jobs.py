@@ -90,7 +90,9 @@ def test_a_run_that_fails_ends_no_other(compiled, tmp_path, jobs):
     tiny = scenes.tiny(8)
     tasks = [task(tmp_path, blinding(), "blinding"), task(tmp_path, tiny, "a"), task(tmp_path, tiny, "b"), task(tmp_path, tiny, "c")]
     ended, paces = {}, []
-    perform_all(tasks, Machine(), jobs, lambda task, pace: paces.append(pace), lambda task, outcome: ended.update({task.method: outcome}))
+    perform_all(
+        tasks, Machine(), jobs, lambda task, pace: paces.append(pace), lambda task, outcome: ended.update({task.method: outcome}), print
+    )
     assert ended.keys() == {"blinding", "a", "b", "c"}
     assert ended["blinding"].seconds is None
     assert ended["blinding"].text.endswith("received radiance that is not a finite number")
@@ -103,7 +105,7 @@ def test_a_process_that_dies_is_replaced(compiled, tmp_path):
     tiny = scenes.tiny(8)
     tasks = [task(tmp_path, tiny, "deadly", truth=Deadly()), *(task(tmp_path, tiny, name) for name in "abc")]
     ended: dict[str, Outcome] = {}
-    perform_all(tasks, Machine(), 2, lambda task, pace: None, lambda task, outcome: ended.update({task.method: outcome}))
+    perform_all(tasks, Machine(), 2, lambda task, pace: None, lambda task, outcome: ended.update({task.method: outcome}), print)
     assert ended["deadly"] == Outcome("its process ended with status 3", None)
     assert all(ended[name].seconds for name in "abc")
 
