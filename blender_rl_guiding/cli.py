@@ -105,7 +105,7 @@ def _inspect(options: argparse.Namespace) -> None:
 def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any], Any] = lambda scene: None) -> tuple[Any, Any, Any]:
     """Render and write a run; returns the scene, the point of it that `find` tells before, and the result.
 
-    Interrupted, it writes what there is before it ends.
+    Interrupted, it writes what there is before it ends; the checkpoint stays.
     """
     machine, interrupted = _machine(options), False
     with Terminal() as progress, _opening(options.scene, options, progress) as opened:
@@ -113,10 +113,12 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
         from .experiments.probe import described
         from .experiments.runs import save_run
         from .render import Result, render, warm_up
+        from .render.checkpoint import in_folder
         from .render.estimate import share
         from .scene import chance
 
         finished: list[Result] = []
+        checkpoint = in_folder(options.out)
         with progress.bar("compiling kernels (once after an update)", 1):
             warm_up(settings.guide, machine)
         scene = opened()
@@ -132,14 +134,16 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
                     finished[:] = [state]
                     on_step(state)
 
-                render(scene, settings, machine, on_pass, on_step)
+                render(scene, settings, machine, on_pass, on_step, checkpoint)
         except KeyboardInterrupt:
             interrupted = True
     if finished:
         learnt, name = described(finished[0].guide, point), options.preset or settings.guide.kind
         save_run(options.out, scene, name, settings, machine, finished[0], None, learnt)
     if interrupted:
-        raise KeyboardInterrupt(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples")
+        again = f"; the same command goes on from sample {checkpoint.samples}" if checkpoint.samples else ""
+        raise KeyboardInterrupt(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples{again}")
+    checkpoint.remove()
     return scene, point, finished[0]
 
 

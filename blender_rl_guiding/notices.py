@@ -12,7 +12,7 @@ _TOLD: set[str] = set()
 
 
 def tell(line: str) -> None:
-    """A line for the user. The same one is told only once by a process."""
+    """A line for the user. The same one is told only once for each listener."""
     if line not in _TOLD:
         _TOLD.add(line)
         _LOG.warning(line)
@@ -22,6 +22,7 @@ def tell(line: str) -> None:
 def heard_by(note: Callable[[str], None]) -> Iterator[None]:
     """Lines go to `note` for the length of the block."""
     handler = _Handler(note)
+    _TOLD.clear()
     _LOG.addHandler(handler)
     try:
         yield

@@ -277,3 +277,9 @@ class Machine(Settings):
 
     threads: int = setting(0, "Rendering threads; 0 takes every core.", min=0, max=1024)
     batch: int = setting(16_384, "Paths that a thread traces at a time, at most.", min=1, max=65_536)
+    checkpoint: float = setting(
+        180.0,
+        "Seconds between two checkpoints, at least, from which a render that was ended goes on; 0 keeps none.",
+        min=0.0,
+        unit="seconds",
+    )

@@ -99,6 +99,7 @@ def render(job: messages.Render, events: Events) -> None:
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
+    from .render.checkpoint import in_cache, in_folder
     from .render.estimate import left
     from .scene import chance
     from .scene.bundle import load
@@ -115,11 +116,14 @@ def render(job: messages.Render, events: Events) -> None:
         so_far = {"samples": state.film.samples, "of": settings.spp, "seconds": state.seconds, "left": left(state, settings)}
         events.send("pass", **so_far, shown=shown, learning=learning)
 
-    result = trace(scene, settings, machine, on_pass)
+    kept = in_folder(Path(job.out)) if job.out else in_cache(scene, settings)
+    result = trace(scene, settings, machine, on_pass, checkpoint=kept)
     if frames:
         _write_passes(frames, result, settings)
     if job.out:
         save_run(Path(job.out), scene, job.method or settings.guide.kind, settings, machine, result, None)
+    if kept:
+        kept.remove()
     events.send("done", samples=result.film.samples, seconds=result.seconds, learn_seconds=result.learn_seconds, rays=result.rays)
 
 
@@ -180,6 +184,7 @@ def inspect(job: messages.Inspect, events: Events) -> None:
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
+    from .render.checkpoint import in_folder
     from .render.estimate import share
     from .scene.bundle import load
 
@@ -193,8 +198,10 @@ def inspect(job: messages.Inspect, events: Events) -> None:
         def tell(state: Result) -> None:
             advance(share(state, settings))
 
-        result = trace(scene, settings, machine, tell, tell)
+        checkpoint = in_folder(out)
+        result = trace(scene, settings, machine, tell, tell, checkpoint)
     save_run(out, scene, job.method or settings.guide.kind, settings, machine, result, None, described(result.guide, point))
+    checkpoint.remove()
     with events.bar("Measuring the light that arrives", 1):
         pictures = inspection.write(out, scene, point, settings, machine, result)
     events.send("done", pictures=[str(path) for path in pictures])

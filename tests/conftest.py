@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from blender_rl_guiding.notices import heard_by
 from blender_rl_guiding.render import warm_up
 from blender_rl_guiding.settings import DQN, Machine
 
@@ -29,6 +30,14 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Once:
         return common / name
 
     return folder
+
+
+@pytest.fixture
+def notes() -> Iterator[list[str]]:
+    """The lines that the user is told during the test."""
+    lines: list[str] = []
+    with heard_by(lines.append):
+        yield lines
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..render import Result, render, warm_up
+from ..render.checkpoint import in_folder
 from ..render.estimate import share
 from ..scene import chance
 from ..scene.data import SceneData
@@ -50,8 +51,11 @@ def animate(
 
                 if not done:
                     chance.tell(scene, [settings.nee], progress.note)
-                result = render(scene, settings, machine, on_pass, on_step=on_pass)
-                save_run(folder, scene, method, settings, machine, result, None, frame=Frame(number, source))
+                frame = Frame(number, source)
+                checkpoint = in_folder(folder, frame.suffix)
+                result = render(scene, settings, machine, on_pass, on_pass, checkpoint)
+                save_run(folder, scene, method, settings, machine, result, None, frame=frame)
+                checkpoint.remove()
                 each = (time.monotonic() - began) / (done + 1)
                 left = timedelta(seconds=round(each * (len(due) - done - 1)))
                 progress.note(f"frame {number}: {result.seconds:.1f} s ({done + 1} of {len(due)}, about {left} to go)")

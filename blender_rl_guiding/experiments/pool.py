@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Self
 
 from ..children import fate
+from ..notices import heard_by, tell
 from ..render import warm_up
 from ..settings import Machine
 from .tasks import Outcome, Pace, Task, attempt
@@ -40,7 +41,10 @@ def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnP
             for pipe in wait(list(busy)):
                 worker = busy[pipe]  # type: ignore[index]  # these are the connections that went in
                 task, told = worker.hear()
-                if not isinstance(told, Outcome):
+                if isinstance(told, str):
+                    tell(told)
+                    continue
+                if isinstance(told, Pace):
                     on_pace(task, told)
                     continue
                 on_end(task, told)
@@ -75,8 +79,8 @@ class _Worker:
         with contextlib.suppress(ConnectionError):  # it died; `hear` will tell
             self.pipe.send(task)
 
-    def hear(self) -> tuple[Task, Pace | Outcome]:
-        """The task at hand with how far it has come, or how it ended."""
+    def hear(self) -> tuple[Task, Pace | str | Outcome]:
+        """The task at hand with how far it has come, a line to be noted, or how it ended."""
         task = self.task
         assert task
         try:
@@ -127,13 +131,14 @@ def _serve(pipe: Connection, machine: Machine) -> None:
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as an exception, so that no file is left half-written
     ready: set[str] = set()
     try:
-        while True:
-            task: Task = pipe.recv()
-            kind = task.settings.guide.kind
-            if kind not in ready:
-                warm_up(task.settings.guide, machine)
-                ready.add(kind)
-            pipe.send(attempt(task, machine, pipe.send))
+        with heard_by(pipe.send):
+            while True:
+                task: Task = pipe.recv()
+                kind = task.settings.guide.kind
+                if kind not in ready:
+                    warm_up(task.settings.guide, machine)
+                    ready.add(kind)
+                pipe.send(attempt(task, machine, pipe.send))
     except (EOFError, ConnectionError):
         return
     except KeyboardInterrupt:

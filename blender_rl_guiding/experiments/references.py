@@ -1,6 +1,5 @@
 """Reference images: given as files, or rendered once and kept by scene key in blocks, so that a longer one later only adds blocks."""
 
-import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,10 +14,10 @@ from ..errors import InputError
 from ..images import read_exr, read_own, sha256, write_exr
 from ..notices import tell
 from ..render import Result, render
+from ..render.checkpoint import in_folder, program
 from ..scene.data import SceneData
 from ..schema import to_dict
 from ..settings import BSDF, Machine, Render
-from .runs import versions
 
 BLOCK = 128  # samples per pixel in one block
 _FIRST_SEED = 1_000_000_000  # far from the seeds that people choose: a reference must not share samples with what it judges
@@ -44,7 +43,11 @@ def read_given(given: Given, scene: SceneData) -> tuple[np.ndarray, str]:
 
 
 def reference(
-    scene: SceneData, max_bounces: int, spp: int, machine: Machine, on_share: Callable[[float], None] = lambda share: None
+    scene: SceneData,
+    max_bounces: int,
+    spp: int,
+    machine: Machine,
+    on_share: Callable[[float], None] = lambda share: None,
 ) -> np.ndarray:
     """The scene by BSDF sampling with next-event estimation, with at least `spp` samples per pixel; (H, W, 3) float32.
 
@@ -82,11 +85,13 @@ def _block(
         except InputError as error:
             doubt = str(error)
         tell(f"{scene.name}: a part of the reference is rendered again: {doubt}")
-    image = render(scene, settings, machine, on_pass).image
-    if path:
+    checkpoint = in_folder(path.parent, f"-{block:04}") if path else None
+    image = render(scene, settings, machine, on_pass, checkpoint=checkpoint).image
+    if path and checkpoint:
         header = {"scene_key": scene.key, "settings": _described(settings), "program": program(), "witness": witness()}
         with dispensable(path):
             write_exr(path, image, header | {"sha256": sha256(image)})
+        checkpoint.remove()
     return image
 
 
@@ -108,13 +113,3 @@ def _described(settings: Render) -> str:
     """What is not as it is by default: a setting that a later version adds, and leaves as it was, does not make another reference."""
     usual = to_dict(Render())
     return json.dumps({name: value for name, value in to_dict(settings).items() if value != usual[name]})
-
-
-@cache
-def program() -> str:
-    """The checksum of all that decides pixels: the program's own files, and the libraries that it computes with."""
-    digest = hashlib.sha256(json.dumps(versions()).encode())
-    for file in sorted(Path(__file__).parents[1].rglob("*")):
-        if file.suffix in (".py", ".npz"):
-            digest.update(file.read_bytes())
-    return digest.hexdigest()

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from ..errors import InputError, atomic, check_inside
 from ..images import sha256, write_exr
 from ..render import warm_up
+from ..render.checkpoint import in_folder
 from ..scene import chance
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
@@ -110,6 +111,7 @@ def _due(experiment: Experiment, finished: Mapping[Path, Record], machine: Machi
     for scene, method, folder, settings in _places(experiment):
         task = Task(folder, scene, judges[scene.name], method, settings, probes[scene.name])
         if record := finished.get(folder):
+            in_folder(folder).remove()  # it was killed after its result was there
             judge_again(folder, record, task.judge)
             progress.note(f"{task.label}: done before")
         else:

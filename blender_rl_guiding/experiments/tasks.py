@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..metrics import compare
 from ..render import Result, render
+from ..render.checkpoint import in_folder
 from ..render.estimate import left, share
 from ..scene.data import SceneData
 from ..settings import Machine, Render
@@ -55,6 +56,8 @@ def attempt(task: Task, machine: Machine, on_pace: Callable[[Pace], None]) -> Ou
 
 
 def _perform(task: Task, machine: Machine, on_pace: Callable[[Pace], None]) -> Outcome:
+    checkpoint = in_folder(task.folder, judged_by=task.judge.key)
+
     def on_pass(state: Result) -> None:
         state.curve[-1] |= {measure.__name__: measure(state.image, task.judge.truth) for measure in ON_THE_WAY}
         tell(state)
@@ -62,8 +65,9 @@ def _perform(task: Task, machine: Machine, on_pace: Callable[[Pace], None]) -> O
     def tell(state: Result) -> None:
         on_pace(Pace(share(state, task.settings), state.seconds + left(state, task.settings)))
 
-    result = render(task.scene, task.settings, machine, on_pass, on_step=tell)
+    result = render(task.scene, task.settings, machine, on_pass, tell, checkpoint)
     metrics = compare(result.image, task.judge.truth)
     learnt = described(result.guide, task.probe)
     save_run(task.folder, task.scene, task.method, task.settings, machine, result, metrics, learnt, task.judge.key)
+    checkpoint.remove()
     return Outcome(f"{result.seconds:.1f} s, mape_display {metrics['mape_display']:.4f}", result.seconds)

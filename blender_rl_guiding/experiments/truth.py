@@ -10,12 +10,12 @@ from ..errors import InputError
 from ..guiding.patches import hemisphere
 from ..notices import tell
 from ..render import render
+from ..render.checkpoint import program
 from ..scene.data import SceneData
 from ..scene.description import Camera, Film
 from ..settings import Machine, Render
 from . import sealed
 from .probe import LUMINANCE, Point, find, rounded
-from .references import program
 
 ROWS, COLUMNS = 60, 120  # of the truth: the patches of most methods are made of whole ones of these
 SPP = 128
@@ -50,7 +50,7 @@ class _File:
     max_bounces: int
     spp: int
     patches: tuple[int, int]
-    program: str  # see `references.program`
+    program: str  # see `checkpoint.program`
     position: tuple[float, float, float]  # world space, as all that follows
     normal: tuple[float, float, float]
     right: tuple[float, float, float]

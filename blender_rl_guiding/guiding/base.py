@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from .directions import Directions
+from .saved import Arrays, Saved
 
 
 class Transitions(NamedTuple):
@@ -46,6 +47,18 @@ class Guide(Protocol):
 
         "loss": the mean over the pass; "losses": one of each training step, unless the pass was the step; "train_seconds" and
         "infer_seconds": how long training took, and laying out directions for the next pass.
+        """
+        ...
+
+    def state(self) -> Arrays:
+        """All that learning has changed, for a checkpoint: views rather than copies, and nothing that follows from the rest."""
+        ...
+
+    def restore(self, saved: Saved) -> None:
+        """Become the guide whose state was saved, with the same bits to come. Called before anything is learnt.
+
+        The file may be anyone's: ValueError where the state cannot be one of a guide with these settings. Numbers may be nonsense, but no
+        kernel may be led to read outside of an array.
         """
         ...
 

@@ -6,6 +6,7 @@ from ..bits import mix
 from ..kernels import kernel, part
 from ..sampling import F, vector
 from .directions import UNKNOWN, Cells, cell_key, find_cell
+from .saved import Arrays, Saved
 
 
 class CellTable:
@@ -39,12 +40,33 @@ class CellTable:
         normal = sums[:, 3:6] / np.linalg.norm(sums[:, 3:6], axis=1, keepdims=True)
         return (sums[:, :3] / sums[:, 6:]).astype(np.float32), normal.astype(np.float32)
 
+    def state(self) -> Arrays:
+        """The cells in the order of their rows: keys, and sums of the states seen in each."""
+        used = self.cells.keys != 0
+        keys = np.empty(self.count, np.uint64)
+        keys[self.cells.rows[used]] = self.cells.keys[used]
+        return {"keys": keys, "sums": self._sums[: self.count]}
+
+    def restore(self, saved: Saved) -> None:
+        """Take up `state`. Each key is put into an empty table, so that every row of it exists whatever the file says."""
+        keys = saved.array("keys", np.uint64, None)
+        sums = saved.array("sums", np.float64, len(keys), 7)
+        if not (keys >> np.uint64(63)).all() or len(np.unique(keys)) < len(keys):
+            raise ValueError("two cells have one key, or one has none")
+        room = len(self._sums)
+        while room < len(keys):
+            room *= 2
+        self.cells, self._sums = self._empty(2 * room), np.zeros((room, 7))
+        put_all(self.cells, keys)
+        self._sums[: len(keys)], self.count = sums, len(keys)
+
     def _grow(self) -> None:
-        size = 2 * len(self.cells.keys)
-        old = self.cells
-        self.cells = Cells(old.origin, old.per_metre, np.zeros(size, np.uint64), np.zeros(size, np.int32))
+        old, self.cells = self.cells, self._empty(2 * len(self.cells.keys))
         rehash(old, self.cells)
         self._sums = np.concatenate([self._sums, np.zeros_like(self._sums)])
+
+    def _empty(self, size: int) -> Cells:
+        return Cells(self.cells.origin, self.cells.per_metre, np.zeros(size, np.uint64), np.zeros(size, np.int32))
 
 
 @kernel
@@ -79,6 +101,13 @@ def put(cells, key, row):
         at = (at + np.uint64(1)) & mask
     cells.keys[at] = key
     cells.rows[at] = row
+
+
+@kernel
+def put_all(cells, keys):
+    """Store keys, (n,) uint64, that differ and are not in the table; the row of each is its place."""
+    for row in range(keys.shape[0]):
+        put(cells, keys[row], np.int32(row))
 
 
 @kernel

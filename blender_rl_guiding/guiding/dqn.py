@@ -21,6 +21,7 @@ from .network import QNetwork, soft_update, target_of
 from .optimisers import make_optimiser
 from .patches import mean_cosines, patches_of
 from .replay import ReplayMemory
+from .saved import Arrays, Saved, below
 
 TORCH_THREADS = 1  # the rounding of sums depends on it, so it must not follow the machine; more hardly help networks this small
 MEAN_REWARD = 0.1  # what rewards are scaled to, so that the network's outputs have one range whatever the scene's brightness
@@ -86,6 +87,33 @@ class DQNGuide:
         seconds = {"train_seconds": trained - start, "infer_seconds": time.perf_counter() - trained}
         return {"loss": float(np.mean(losses)), "losses": losses, "steps": self._steps, "cells": self.cells.count} | seconds
 
+    def state(self) -> Arrays:
+        arrays = {name: tensor.detach().numpy() for name, tensor in self._tensors().items()}
+        numbers = {"steps": np.array(self._steps), "scale": np.array(self._scale)}
+        return arrays | numbers | _state_of(self._rng) | below("cells", self.cells.state()) | below("memory", self._memory.state())
+
+    @torch.no_grad()
+    def restore(self, saved: Saved) -> None:
+        """Directions follow from the rest."""
+        for name, tensor in self._tensors().items():
+            tensor.copy_(torch.from_numpy(saved.array(name, np.float32, *tensor.shape)))
+        self._steps = self._optimiser.steps = saved.whole("steps", 0, self._settings.max_steps)
+        self._scale = float(saved.array("scale", np.float64))
+        _restore(self._rng, saved)
+        self.cells.restore(saved.below("cells"))
+        self._memory.restore(saved.below("memory"))
+        if self._steps:
+            self._directions = self._tabulate()
+
+    def _tensors(self) -> dict[str, torch.Tensor]:
+        """All that training changes."""
+        kept = {
+            "online": self._online.parameters(),
+            "target": self._target.parameters(),
+            "optimiser": self._optimiser.tensors(),
+        }
+        return {f"{name}-{k}": tensor for name, tensors in kept.items() for k, tensor in enumerate(tensors)}
+
     def _train(self, batch: Transitions) -> float:
         """One step on the mean over the batch of (Q(s, a; w) - target(s'))^2, or of that relative to Q^2.
 
@@ -134,6 +162,22 @@ class DQNGuide:
     def _state(self, position: np.ndarray, normal: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
         """x in [-1, 1]^3 by the scene's bounds, and n."""
         return torch.from_numpy(((position - self._centre) / self._half).astype(np.float32)), torch.from_numpy(normal)
+
+
+def _state_of(rng: np.random.Generator) -> Arrays:
+    """What drawing changes of a generator of this seed: a number of 128 bits, and half of a drawn one that waits for its use."""
+    state = rng.bit_generator.state
+    low, high = state["state"]["state"] & (1 << 64) - 1, state["state"]["state"] >> 64
+    return {"rng": np.array([low, high, state["has_uint32"], state["uinteger"]], np.uint64)}
+
+
+def _restore(rng: np.random.Generator, saved: Saved) -> None:
+    low, high, waits, half = saved.array("rng", np.uint64, 4).tolist()
+    if waits > 1 or half >> 32:
+        raise ValueError("the random numbers are in a state in which they cannot be")
+    state = rng.bit_generator.state
+    counted = state["state"] | {"state": high << 64 | low}
+    rng.bit_generator.state = {**state, "state": counted, "has_uint32": waits, "uinteger": half}
 
 
 def _keep_freed_memory() -> None:

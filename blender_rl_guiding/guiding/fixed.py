@@ -4,6 +4,7 @@ from typing import Any
 
 from .base import OnStep, Transitions, unheard
 from .directions import Directions, one_cell
+from .saved import Arrays, Saved
 
 
 class FixedGuide:
@@ -20,6 +21,11 @@ class FixedGuide:
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         return {}
+
+    def state(self) -> Arrays:
+        return {}
+
+    def restore(self, saved: Saved) -> None: ...
 
 
 def uniform() -> FixedGuide:

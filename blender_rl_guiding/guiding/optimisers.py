@@ -17,8 +17,14 @@ type Schedule = Callable[[int], float]  # the step size of each step, the first 
 class Optimiser(Protocol):
     """What moves parameters."""
 
+    steps: int  # so far
+
     def step(self) -> None:
         """Move every parameter along its gradient, and drop the gradients."""
+        ...
+
+    def tensors(self) -> list[Tensor]:
+        """All that it keeps from step to step, beside `steps`; writing to them restores it."""
         ...
 
 
@@ -45,12 +51,15 @@ class SGD:
 
     def __init__(self, parameters: Iterable[Tensor], schedule: Schedule) -> None:
         self._parameters, self._schedule = list(parameters), schedule
-        self._steps = 0
+        self.steps = 0
+
+    def tensors(self) -> list[Tensor]:
+        return []
 
     @torch.no_grad()
     def step(self) -> None:
-        rate = self._schedule(self._steps)
-        self._steps += 1
+        rate = self._schedule(self.steps)
+        self.steps += 1
         for parameter in self._parameters:
             if parameter.grad is not None:
                 parameter.sub_(parameter.grad, alpha=rate)
@@ -63,14 +72,17 @@ class Adam:
     def __init__(self, parameters: Iterable[Tensor], schedule: Schedule) -> None:
         self._state = [(p, torch.zeros_like(p), torch.zeros_like(p)) for p in parameters]
         self._schedule = schedule
-        self._steps = 0
+        self.steps = 0
+
+    def tensors(self) -> list[Tensor]:
+        return [tensor for _, *moments in self._state for tensor in moments]
 
     @torch.no_grad()
     def step(self) -> None:
-        rate = self._schedule(self._steps)
-        self._steps += 1
-        rate /= 1 - _BETA1**self._steps
-        correction = math.sqrt(1 - _BETA2**self._steps)
+        rate = self._schedule(self.steps)
+        self.steps += 1
+        rate /= 1 - _BETA1**self.steps
+        correction = math.sqrt(1 - _BETA2**self.steps)
         for parameter, first, second in self._state:
             gradient = parameter.grad
             if gradient is not None:

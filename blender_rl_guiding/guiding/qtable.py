@@ -17,7 +17,9 @@ from .base import OnStep, Transitions, unheard
 from .cells import CellTable
 from .directions import UNKNOWN, Directions, one_cell
 from .patches import mean_cosines, patches_of
+from .saved import Arrays, Saved, below
 
+Parents = list[tuple[np.ndarray, int]]
 LEAST = np.float32(0.01)  # of the mean over the patches, so that none is ever ruled out
 
 
@@ -60,15 +62,30 @@ class QTableGuide:
         known = self._visits, self._q, self._squares, self._arriving
         error = expected_sarsa(rows, patches, t.reward, t.albedo, next_rows, self._cosines, *known)
         if self._q.any():
-            self._tabulate()
+            self._tabulate(self._parents())
         return {"loss": error / max(1, len(rows)), "cells": self.cells.count}
 
     def q(self) -> np.ndarray:
         """The estimate of the mean radiance through each patch of each cell, (C, N) float32, as of the last pass that saw light."""
         return self._estimate
 
-    def _tabulate(self) -> None:
-        s, parents = self._settings, self._parents()
+    def state(self) -> Arrays:
+        levels = [below(f"level-{k}", level.state()) for k, level in enumerate(self._levels)]
+        of_levels = {name: array for arrays in levels for name, array in arrays.items()}
+        return {"visits": self._visits, "q": self._q, "squares": self._squares} | of_levels
+
+    def restore(self, saved: Saved) -> None:
+        """Directions, and what cells borrow, follow from the rest."""
+        for k, level in enumerate(self._levels):
+            level.restore(saved.below(f"level-{k}"))
+        shape = self.cells.count, len(self._cosines)
+        self._visits, self._q, self._squares = (saved.array(name, np.float32, *shape) for name in ("visits", "q", "squares"))
+        self._arriving = np.zeros(len(self._q), np.float32)
+        if self._q.any():
+            self._tabulate(self._known_parents())
+
+    def _tabulate(self, parents: Parents) -> None:
+        s = self._settings
         self._estimate = self._borrowed(self._q, parents)
         self._arriving = np.einsum(
             "ck,k->c", self._estimate, self._cosines
@@ -81,7 +98,14 @@ class QTableGuide:
         cdf = (cdf / cdf[:, -1:]).astype(np.float32)
         self._directions = Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self.cells.cells, cdf)
 
-    def _parents(self) -> list[tuple[np.ndarray, int]]:
+    def _known_parents(self) -> Parents:
+        """`_parents` as they were found the last time. ValueError where a cell has none."""
+        parents = [(coarse.rows(*fine.states()), coarse.count) for fine, coarse in pairwise(self._levels)]
+        if any((rows == UNKNOWN).any() for rows, _ in parents):
+            raise ValueError("a cell lies in no larger one")
+        return parents
+
+    def _parents(self) -> Parents:
         """For each level but the last: the row of every cell's parent in the next one, and how many parents there are."""
         parents = []
         for fine, coarse in pairwise(self._levels):
@@ -89,7 +113,7 @@ class QTableGuide:
             parents.append((coarse.insert(*states), coarse.count))
         return parents
 
-    def _borrowed(self, means: np.ndarray, parents: list[tuple[np.ndarray, int]]) -> np.ndarray:
+    def _borrowed(self, means: np.ndarray, parents: Parents) -> np.ndarray:
         """(C, N) means, where each counts as much more as it has visits, and its parent's as `prior` of them."""
         sums, visits = [means * self._visits], [self._visits]
         for rows, count in parents:

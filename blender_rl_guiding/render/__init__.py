@@ -1,5 +1,7 @@
 """From a scene and settings to an image."""
 
-from .renderer import Result, render, warm_up
+from .checkpoint import Checkpoint
+from .renderer import render, warm_up
+from .result import Result
 
-__all__ = ["Result", "render", "warm_up"]
+__all__ = ["Checkpoint", "Result", "render", "warm_up"]

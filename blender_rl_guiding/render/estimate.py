@@ -1,7 +1,7 @@
 """How far a render has come, and how long it will still take: samples take equally long, and so do training steps."""
 
 from ..settings import DQN, Render
-from .renderer import Result
+from .result import Result
 
 
 def left(state: Result, settings: Render) -> float:

@@ -4,7 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..guiding.saved import Arrays, Saved
 from .path_tracer import ALBEDO, ALPHA, DEPTH, DIRECT, EMISSION, PASS_COLUMNS, POSITION, SHADING_NORMAL
+
+BRIGHTEST = float(np.finfo(np.float32).max)
 
 # The passes beside the image: name -> (first column, number of columns).
 PASSES = {
@@ -39,6 +42,24 @@ class Film:
         pixels = width * height
         passed = np.zeros((pixels if passes else 0, PASS_COLUMNS), np.float32)
         self.sums = Sums(np.zeros((pixels, 3)), np.zeros((pixels, 3)), np.zeros(pixels, np.int64), np.zeros(pixels), passed)
+
+    def state(self) -> Arrays:
+        """The sums, for a checkpoint; no copies."""
+        return self.sums._asdict()
+
+    def restore(self, saved: Saved, most: int) -> None:
+        """Take up `state`. ValueError where it is not that of a film of this size, with at most `most` samples a pixel."""
+        types = {name: (array.dtype, array.shape) for name, array in self.sums._asdict().items()}
+        sums = Sums(**{name: saved.array(name, dtype, *shape) for name, (dtype, shape) in types.items()})
+        if not 1 <= sums.samples.min() <= sums.samples.max() <= most:
+            raise ValueError(f"the film has pixels of {sums.samples.min()} to {sums.samples.max()} samples")
+        heaviest = sums.weight.max()
+        if not 0 < sums.weight.min() <= heaviest < np.inf:
+            raise ValueError("the film has samples that count nothing, or more than all")
+        for values, largest in ((sums.sum, BRIGHTEST), (sums.squares, BRIGHTEST**2)):
+            if not -largest * heaviest <= values.min() <= values.max() <= largest * heaviest:
+                raise ValueError("the film has values that no image can have")
+        self.sums = sums
 
     @property
     def samples(self) -> int:

@@ -29,7 +29,7 @@ class PassTracer:
         self._seed, self._batch = settings.seed, machine.batch
         room = machine.batch * min(self._limits.total + 1, MOST_LEARNT) if learning else 1
         self._threads = [scratch(room) for _ in range(machine.threads or os.cpu_count() or 1)]
-        self._vertices_per_path = float(self._limits.total + 1)
+        self.vertices_per_path = float(self._limits.total + 1)  # of the last pass; by it the next one chooses what to record
         self.rays = 0  # cast so far, closest-hit and shadow rays
 
     def trace(self, directions: Directions, film: Film, pixels: np.ndarray, first: int, samples: int, wanted: int) -> Transitions:
@@ -38,7 +38,7 @@ class PassTracer:
         Returns about `wanted` transitions. FloatingPointError where radiance is not finite: that is a fault of
         the tracer, and no image may hide it.
         """
-        share = F(min(1.0, wanted / (samples * len(pixels) * self._vertices_per_path)))
+        share = F(min(1.0, wanted / (samples * len(pixels) * self.vertices_per_path)))
         # Each call costs 0.3 ms, in which the other threads wait; but some of them must be left for those that are done early.
         step = max(1, min(self._batch // samples, len(pixels) // (4 * len(self._threads))))
         starts = iter(range(0, len(pixels), step))
@@ -64,7 +64,7 @@ class PassTracer:
             finally:
                 stop.set()  # after an interrupt the threads only finish the few thousand paths under way
         self.rays += sum(part[1] for part in parts)
-        self._vertices_per_path = max(1, sum(part[2] for part in parts)) / (samples * len(pixels))  # none where every path misses
+        self.vertices_per_path = max(1, sum(part[2] for part in parts)) / (samples * len(pixels))  # none where every path misses
         recorded = {start: transitions for part in parts for start, transitions in part[0].items()}
         if not recorded:
             return empty_transitions(0)

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,10 @@ from ..scene.data import SceneData
 from ..scene.description import IDENTITY, Bounces, Camera, Closure, Instruction, Node, Shader
 from ..settings import DQN, Machine, QTable, Render
 from ..settings import Guide as GuideSettings
+from .checkpoint import Checkpoint
 from .film import Film
 from .passes import PassTracer
+from .result import Result
 from .stage import wants_passes
 
 PATHS_PER_PASS = 1 << 20  # at most, of a guide that does not learn
@@ -23,58 +24,51 @@ TOLD_EVERY = 0.1  # seconds between two calls of `on_step`, at least
 LEAST_SAMPLES = 16  # before the noise of a pixel is believed
 
 
-@dataclass
-class Result:
-    """What a render has to show so far; after an interrupt `film` holds those samples of the pass under way that were taken, too."""
-
-    film: Film
-    guide: Guide  # as far as it has learnt
-    seconds: float = 0.0  # wall time of tracing and learning
-    learn_seconds: float = 0.0
-    steps: int = 0  # of training
-    rays: int = 0  # closest-hit and shadow rays
-    curve: list[dict[str, float]] = field(default_factory=list)  # one entry a pass: samples, seconds, loss, ...
-    losses: list[float] = field(default_factory=list)  # one for each training step
-    finished: bool = False  # whether it ended as its settings say
-
-    @property
-    def image(self) -> np.ndarray:
-        """(height, width, 3) float32, linear, top row first."""
-        return self.film.mean()
-
-
 def render(
     scene: SceneData,
     settings: Render,
     machine: Machine = Machine(),  # noqa: B008  # frozen
     on_pass: Callable[[Result], None] | None = None,
     on_step: Callable[[Result], None] | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> Result:
     """Render a scene. Scene, settings and the machine's floating-point unit decide every bit of the image; `machine` does not.
 
     `on_pass` is called after every pass with the state so far, and may add to the curve's last entry; its time does not count. What it
     raises ends the render at once. `on_step` is called now and then while a guide trains, which may take longer than all passes.
+    From a checkpoint of this render it goes on to the same bits; `on_pass` is first told once more of the last pass before.
     """
-    guide = make_guide(settings.guide, scene, settings.seed)
-    tracer = PassTracer(scene, settings, machine, learning=guide.wanted() > 0)
-    film = Film(scene.camera.width, scene.camera.height, scene.film.exposure, wants_passes(scene, settings))
-    result = Result(film, guide)
+
+    def begun() -> Result:
+        film = Film(scene.camera.width, scene.camera.height, scene.film.exposure, wants_passes(scene, settings))
+        return Result(film, make_guide(settings.guide, scene, settings.seed))
+
+    result = begun()
+    learning = result.guide.wanted() > 0
+    tracer = PassTracer(scene, settings, machine, learning)
+    if checkpoint and (before := checkpoint.taken_up(scene, settings, machine, begun)):
+        result = before
+        tracer.rays, tracer.vertices_per_path = result.rays, result.vertices_per_path
+        if on_pass:
+            on_pass(result)
+    guide, film = result.guide, result.film
     pixels = np.arange(scene.camera.width * scene.camera.height)
-    start = time.perf_counter()
-    for first, count in _rounds(settings, len(pixels), learning=guide.wanted() > 0):
+    for first, count in _rounds(settings, len(pixels), learning, film.samples):
+        start = time.perf_counter() - result.seconds
+        if settings.noise and first >= LEAST_SAMPLES:
+            pixels = _noisy(film, settings.noise)
+        if not len(pixels) or 0 < settings.seconds <= result.seconds:
+            break
+        if checkpoint and first:
+            start += checkpoint.offer(result)
         transitions = tracer.trace(guide.directions(), film, pixels, first, count, guide.wanted())
-        result.rays = tracer.rays
+        result.rays, result.vertices_per_path = tracer.rays, tracer.vertices_per_path
         scalars = _learn(guide, transitions, result, start, on_step) if first + count < settings.spp else {}
         result.seconds = time.perf_counter() - start
         result.losses += scalars.pop("losses", [scalars["loss"]] if "loss" in scalars else [])
         result.curve.append({"samples": film.samples, "seconds": result.seconds} | scalars)
         if on_pass:
             on_pass(result)
-            start = time.perf_counter() - result.seconds
-        if settings.noise and film.samples >= LEAST_SAMPLES:
-            pixels = _noisy(film, settings.noise)
-        if not len(pixels) or 0 < settings.seconds <= result.seconds:
-            break
     result.finished = True
     return result
 
@@ -99,8 +93,8 @@ def _learn(
     return scalars
 
 
-def _rounds(settings: Render, pixels: int, learning: bool) -> Iterator[tuple[int, int]]:
-    """(first sample, samples) of each pass: one sample each to learn from, or as many as there are already, up to a power of two.
+def _rounds(settings: Render, pixels: int, learning: bool, first: int) -> Iterator[tuple[int, int]]:
+    """(first sample, samples) of each pass after `first` samples: one each to learn from, or as many as there are, up to a power of two.
 
     So every power of two ends a pass, where stratified samples are complete, and error curves want a point.
     """
@@ -108,7 +102,6 @@ def _rounds(settings: Render, pixels: int, learning: bool) -> Iterator[tuple[int
     if settings.noise or settings.seconds:
         most = min(most, CHECKED_EVERY)
     most = 1 << (most.bit_length() - 1)
-    first = 0
     while first < settings.spp:
         count = min(max(first, 1), most, settings.spp - first)
         yield first, count

@@ -30,7 +30,7 @@ class Tracer:
         self.rendered: list[int] = []  # samples of each render
         self.version = 0
 
-    def render(self, scene: SceneData, settings: Render, _machine: Machine, on_pass: Callable[[Any], None] | None = None) -> Any:
+    def render(self, scene: SceneData, settings: Render, _machine: Machine, *_: Any, **__: Any) -> Any:
         self.rendered.append(settings.spp)
         seed = (int(scene.key[:8], 16), settings.seed, settings.spp, settings.max_bounces + 1, self.version)
         shape = scene.camera.height, scene.camera.width, 3

@@ -1,0 +1,197 @@
+"""Checkpoints: files with all that a render has come to, from which it goes on to the same bits after any end."""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from numba.core.registry import cpu_target
+
+from .. import __version__
+from .. import cache as caches
+from ..errors import InputError, atomic
+from ..guiding.saved import Saved, below, digest
+from ..notices import tell
+from ..npz import Archive, opened
+from ..scene.data import SceneData
+from ..schema import to_dict
+from ..settings import Machine, Render
+from ..typed import MalformedError, Range, parse, read
+from .result import Result
+
+SHARE = 100  # times as long as it took to write one, at least, until the next: it should cost little
+KEPT_DAYS = 30  # in the cache, where nobody may ever come back for them
+KEPT = 8  # at most there: each takes up to 1.1 GB
+_DECIDING = "numpy", "numba", "llvmlite", "torch", "embreex"  # packages that bits depend on
+_OTHER = {
+    "scene": "of another scene",
+    "settings": "of other settings",
+    "program": "of another version of the program, or another processor",
+    "judged_by": "judged by another reference",
+}
+
+Seconds = Annotated[float, Range(0, 1e8)]
+
+
+@dataclass(frozen=True)
+class _Header:
+    """All of a checkpoint that is not an array."""
+
+    about: dict[str, Any]  # the render that it is of, by the names of `_OTHER`
+    digests: dict[str, str]  # of each array
+    seconds: Seconds
+    learn_seconds: Seconds
+    steps: Annotated[int, Range(0, 1 << 31)]
+    rays: Annotated[int, Range(0, 1 << 62)]
+    vertices_per_path: Annotated[float, Range(1e-15, 1e12)]
+    curve: tuple[dict[str, int | float], ...]
+
+
+class Checkpoint:
+    """Where a render keeps its checkpoint, and when it writes the next one. Whoever saves the run removes it then."""
+
+    def __init__(self, path: Path, judged_by: str = "") -> None:
+        """`judged_by`: the key of the reference by which `on_pass` judges, if it does."""
+        self.path, self.samples = path, 0  # samples a pixel that the file holds
+        self._judged_by = judged_by
+        self._about: dict[str, Any] = {}
+        self._every = self._due = float("inf")
+        self._failed = False
+
+    def taken_up(self, scene: SceneData, settings: Render, machine: Machine, begun: Callable[[], Result]) -> Result | None:
+        """Begin to keep a render's checkpoints; returns the render as far as the file has it, None where it has nothing of just this.
+
+        Whatever is there and cannot be gone on from is noted in a line. `begun` makes the render's beginning.
+        """
+        self._about = about(scene, settings) | {"judged_by": self._judged_by}
+        self._every = machine.checkpoint or float("inf")
+        self._due = time.perf_counter() + self._every
+        if not machine.checkpoint or not self.path.is_file():
+            return None
+        try:
+            with opened(self.path, "a checkpoint") as file:
+                header = _header(file)
+                for name, other in _OTHER.items():
+                    if header.about.get(name) != self._about[name]:
+                        tell(f"{self.path} is {other}: the render begins anew")
+                        return None
+                result = _restored(header, file, begun(), settings)
+        except InputError as error:
+            tell(f"{error}: the render begins anew")
+            return None
+        self.samples = result.film.samples
+        tell(f"goes on from {self.path}, after {self.samples} of {settings.spp} samples")
+        return result
+
+    def offer(self, result: Result) -> float:
+        """Write the state between two passes, if one is due; returns how many seconds that took.
+
+        A render must not end because its checkpoint cannot be written: that is noted once.
+        """
+        start = time.perf_counter()
+        if start < self._due:
+            return 0.0
+        try:
+            _write(self.path, self._about, result)
+            self.samples, self._failed = result.film.samples, False
+        except InputError as error:
+            if not self._failed:
+                tell(f"{error}: the render goes on without a checkpoint")
+            self._failed = True
+        end = time.perf_counter()
+        self._due = end + max(self._every, SHARE * (end - start))
+        return end - start
+
+    def remove(self) -> None:
+        """The run is saved: the checkpoint has nothing more to tell."""
+        with suppress(OSError):  # then it stays, and harms nobody
+            self.path.unlink(missing_ok=True)
+
+
+def in_folder(folder: Path, suffix: str = "", judged_by: str = "") -> Checkpoint:
+    """The checkpoint of a run in its folder; `suffix` tells those of several that lie in one."""
+    return Checkpoint(folder / f"checkpoint{suffix}.npz", judged_by)
+
+
+def in_cache(scene: SceneData, settings: Render) -> Checkpoint | None:
+    """The checkpoint of a render that has no folder of its own; None without a cache. Sweeps those that nobody came back for."""
+    folder = caches.folder("checkpoints")
+    if not folder:
+        return None
+    with suppress(OSError):  # another process sweeps, too
+        files = sorted((path.stat().st_mtime, path) for path in folder.iterdir())
+        for k, (written, path) in enumerate(reversed(files)):
+            if k >= KEPT or written < time.time() - KEPT_DAYS * 86400:
+                path.unlink()
+    made_of = {name: value for name, value in about(scene, settings).items() if name != "program"}
+    return Checkpoint(folder / f"{hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:24]}.npz")
+
+
+def about(scene: SceneData, settings: Render) -> dict[str, Any]:
+    """All that the bits of a render depend on."""
+    return {"scene": scene.key, "settings": to_dict(settings), "program": program()}
+
+
+@cache
+def program() -> str:
+    """SHA-256 of the program: its own files, the packages that it computes with, and the processor it is compiled for."""
+    versions = [__version__, *(f"{name} {metadata.version(name)}" for name in _DECIDING)]
+    context: Any = cpu_target.target_context
+    found = hashlib.sha256(repr((versions, context.codegen().magic_tuple())).encode())
+    for file in sorted(Path(__file__).parents[1].rglob("*")):
+        if file.suffix in (".py", ".npz"):
+            found.update(file.read_bytes())
+    return found.hexdigest()
+
+
+def _write(path: Path, about: dict[str, Any], result: Result) -> None:
+    """Write the file under another name, then rename. Takes no memory to speak of: film and guide hand out what they compute with."""
+    arrays = below("film", result.film.state()) | below("guide", result.guide.state()) | {"losses": np.array(result.losses, np.float64)}
+    header = _Header(
+        about,
+        {name: digest(array) for name, array in arrays.items()},
+        result.seconds,
+        result.learn_seconds,
+        result.steps,
+        result.rays,
+        result.vertices_per_path,
+        tuple(result.curve),
+    )
+    text = json.dumps(vars(header))
+    said = {"header": np.array(text), "sha256": np.array(_digest(text))}
+    with atomic(path) as part, part.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays, **said)
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _header(file: Archive) -> _Header:
+    text = file.text("header")
+    if file.text("sha256") != _digest(text):
+        raise ValueError("the header is not what was written")
+    return read(_Header, parse(text), "header")
+
+
+def _restored(header: _Header, file: Archive, result: Result, settings: Render) -> Result:
+    """The beginning of a render, brought to where the file has it. ValueError where it cannot have been there."""
+    saved = Saved(file, header.digests)
+    result.film.restore(saved.below("film"), settings.spp - 1)
+    result.guide.restore(saved.below("guide"))
+    result.losses = saved.array("losses", np.float64, None).tolist()
+    result.curve = [*header.curve]
+    if not result.curve or not all({"samples", "seconds"} <= entry.keys() for entry in result.curve):
+        raise MalformedError("the curve has no passes, or some without samples or seconds")
+    if result.curve[-1]["samples"] != result.film.samples:
+        raise MalformedError(f"the curve ends at {result.curve[-1]['samples']} samples, the film at {result.film.samples}")
+    result.seconds, result.learn_seconds, result.steps = header.seconds, header.learn_seconds, header.steps
+    result.rays, result.vertices_per_path = header.rays, header.vertices_per_path
+    return result

@@ -1,0 +1,29 @@
+"""What a render has come to, at its end and on the way there."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..guiding.base import Guide
+from .film import Film
+
+
+@dataclass
+class Result:
+    """What a render has to show so far; after an interrupt `film` holds those samples of the pass under way that were taken, too."""
+
+    film: Film
+    guide: Guide  # as far as it has learnt
+    seconds: float = 0.0  # wall time of tracing and learning
+    learn_seconds: float = 0.0
+    steps: int = 0  # of training
+    rays: int = 0  # closest-hit and shadow rays
+    vertices_per_path: float = 0.0  # of the last pass
+    curve: list[dict[str, float]] = field(default_factory=list)  # one entry a pass: samples, seconds, loss, ...
+    losses: list[float] = field(default_factory=list)  # one for each training step
+    finished: bool = False  # whether it ended as its settings say
+
+    @property
+    def image(self) -> np.ndarray:
+        """(height, width, 3) float32, linear, top row first."""
+        return self.film.mean()
