@@ -6,8 +6,9 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 import json
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 
 class MalformedError(ValueError):
@@ -20,6 +21,13 @@ class Range:
 
     low: float
     high: float
+
+
+@dataclass(frozen=True)
+class Length:
+    """How many values a tuple has, as `Annotated[tuple[int, ...], Length(4)]`."""
+
+    count: int
 
 
 WHOLE = Range(-(2**63), 2**63 - 1)  # of whole numbers that have no limits of their own: what arrays can hold
@@ -36,16 +44,17 @@ def parse(text: str | bytes) -> Any:
 def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
     """A value of the annotated type `kind`, called `name` in errors; MalformedError if it is something else.
 
-    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range`, dataclasses as objects, tuples as lists, dict with names
-    of type str, Any, and unions of these, of which JSON's own types choose. With `loose`, fields that have a default may be missing,
-    and names that a dataclass does not have are passed over: the file may be of another version.
+    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range` or a `Length`, dataclasses as objects, tuples as lists, dict
+    with names of type str, Any, and unions of these, of which JSON's own types choose. With `loose`, fields that have a default may be
+    missing, and names that a dataclass does not have are passed over: the file may be of another version.
     """
     if get_origin(kind) is Annotated:
         kind, limits = get_args(kind)
-        return _within(limits, read(kind, value, name, loose=loose), name)
+        made = read(kind, value, name, loose=loose)
+        return _long(limits, made, name) if isinstance(limits, Length) else _within(limits, made, name)
     if kind is Any:
         return value
-    if isinstance(kind, UnionType):
+    if isinstance(kind, UnionType) or get_origin(kind) is Union:  # of which Annotated makes the second
         return read(_member(kind, value, name), value, name, loose=loose)
     if get_origin(kind) is Literal:
         if value not in get_args(kind) or isinstance(value, bool):
@@ -68,7 +77,7 @@ def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
 
 
 def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
-    hints, known = get_type_hints(kind, include_extras=True), {f.name: f for f in fields(kind)}
+    hints, known = _hints(kind), {f.name: f for f in fields(kind)}
     given = _typed(dict, value, name)
     if unknown := [key for key in given if key not in known and not loose]:
         raise MalformedError(f"{name} has {_shown(unknown[0])}, which is nothing of it")
@@ -76,6 +85,12 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
     if missing := [key for key in known if key not in given and key not in optional]:
         raise MalformedError(f"{name} lacks {missing[0]!r}")
     return kind(**{key: read(hints[key], part, f"{name}.{key}", loose=loose) for key, part in given.items() if key in known})
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """The types of a dataclass's fields, with what is annotated."""
+    return get_type_hints(kind, include_extras=True)
 
 
 def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[Any, ...]:
@@ -91,7 +106,7 @@ def _member(union: Any, value: Any, name: str) -> Any:
     """The member of a union that what JSON has can be meant for."""
     wanted = {dict: lambda k: is_dataclass(k) or get_origin(k) is dict, list: lambda k: get_origin(k) is tuple}
     for kind in get_args(union):
-        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind  # the limits are `read`'s to check
         fits = wanted.get(
             type(value), lambda k: k is type(value) or (k is float and type(value) is int) or (k is NoneType and value is None)
         )
@@ -127,6 +142,12 @@ def _text(value: Any, name: str) -> str:
 def _within(limits: Range, value: Any, name: str) -> Any:
     if not limits.low <= value <= limits.high:
         raise MalformedError(f"{name} is {_shown(value)}, not within {limits.low} and {limits.high}")
+    return value
+
+
+def _long(wanted: Length, value: Any, name: str) -> Any:
+    if len(value) != wanted.count:
+        raise MalformedError(f"{name} has {len(value)} values, not {wanted.count}")
     return value
 
 
