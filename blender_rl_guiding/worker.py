@@ -95,8 +95,8 @@ def render(job: Job, events: Events) -> None:
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
+    from .render.beforehand import tell, tell_memory
     from .render.estimate import left
-    from .scene import chance
     from .scene.bundle import load
 
     settings, machine = _settings(job)
@@ -104,8 +104,7 @@ def render(job: Job, events: Events) -> None:
     if "out" in job:
         check_writable(Path(job["out"]))
     scene = load(Path(job["bundle"]))
-    if "out" in job:
-        chance.tell(scene, [settings.nee], events.note)
+    (tell if "out" in job else tell_memory)(scene, [settings], machine, events.note)  # Blender lists lamps itself
 
     def on_pass(state: Result) -> None:
         shown = frames is not None and frames.offer(lambda: _combined(state))
@@ -184,6 +183,7 @@ def inspect(job: Job, events: Events) -> None:
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
+    from .render.beforehand import tell
     from .render.estimate import share
     from .scene.bundle import load
 
@@ -192,13 +192,14 @@ def inspect(job: Job, events: Events) -> None:
     out = Path(job["out"])
     check_writable(out)
     scene = load(Path(job["bundle"]))
+    tell(scene, [settings], machine, events.note)
     point = inspection.find(scene, job["pixel"], machine)
     with events.bar("Learning", 1) as advance:
 
-        def tell(state: Result) -> None:
+        def on_pass(state: Result) -> None:
             advance(share(state, settings))
 
-        result = trace(scene, settings, machine, tell, tell)
+        result = trace(scene, settings, machine, on_pass, on_pass)
     save_run(out, scene, job.get("method", settings.guide.kind), settings, machine, result, None, described(result.guide, point))
     with events.bar("Measuring the light that arrives", 1):
         pictures = inspection.write(out, scene, point, settings, machine, result)

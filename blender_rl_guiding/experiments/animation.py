@@ -7,8 +7,8 @@ from itertools import zip_longest
 from pathlib import Path
 
 from ..render import Result, render, warm_up
+from ..render.beforehand import tell
 from ..render.estimate import share
-from ..scene import chance
 from ..scene.data import SceneData
 from ..scene.frames import Frames, exporting_frames
 from ..scene.view import View
@@ -48,7 +48,7 @@ def animate(
                     advance(done + share(state, settings), description=f"{blend.name}, frame {number}")
 
                 if not done:
-                    chance.tell(scene, [settings.nee], progress.note)
+                    tell(scene, [settings], machine, progress.note)
                 result = render(scene, settings, machine, on_pass, on_step=on_pass)
                 save_run(folder, scene, method, settings, machine, result, None, frame=Frame(number, source))
                 each = (time.monotonic() - began) / (done + 1)

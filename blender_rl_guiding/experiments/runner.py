@@ -9,7 +9,7 @@ from pathlib import Path
 from ..errors import InputError, atomic
 from ..images import write_exr
 from ..render import warm_up
-from ..scene import chance
+from ..render.beforehand import tell
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
 from .forecast import Forecast
@@ -47,7 +47,7 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     for experiment in experiments:
         _describe(experiment)
         for scene in experiment.scenes:
-            chance.tell(scene, [settings.nee for settings in experiment.methods.values()], progress.note)
+            tell(scene, list(experiment.methods.values()), machine, progress.note, jobs)
     places = (place for experiment in experiments for place in _places(experiment))
     if not all(is_done(folder, scene, settings) for scene, _, folder, settings in places):
         _compile_kernels(experiments, machine, progress)

@@ -14,6 +14,7 @@ from ..scene.description import IDENTITY, Bounces, Camera, Closure, Instruction,
 from ..settings import DQN, Machine, QTable, Render
 from ..settings import Guide as GuideSettings
 from .film import Film
+from .needs import require
 from .passes import PassTracer
 from .stage import wants_passes
 
@@ -55,6 +56,7 @@ def render(
     `on_pass` is called after every pass with the state so far, and may add to the curve's last entry; its time does not count. What it
     raises ends the render at once. `on_step` is called now and then while a guide trains, which may take longer than all passes.
     """
+    require(scene, settings, machine)
     guide = make_guide(settings.guide, scene, settings.seed)
     tracer = PassTracer(scene, settings, machine, learning=guide.wanted() > 0)
     film = Film(scene.camera.width, scene.camera.height, scene.film.exposure, wants_passes(scene, settings))

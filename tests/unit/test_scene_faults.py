@@ -15,7 +15,7 @@ from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture
 from blender_rl_guiding.scene.description import DIFFUSE, IDENTITY, VISIBLE, Closure, Film, Instruction, Lamp, Node, Shader, emits
 from blender_rl_guiding.scene.faults import find_fault, find_nothing, without_area
 from tests import scenes
-from tests.bundles import changed, lamp, rewrite, shader, whole
+from tests.bundles import changed, lamp, refusal, rewrite, shader, whole
 
 NAN, INF = float("nan"), float("inf")
 
@@ -23,16 +23,6 @@ NAN, INF = float("nan"), float("inf")
 @pytest.fixture
 def scene() -> SceneData:
     return whole()
-
-
-def refusal(path: Path) -> str:
-    """What `load` says of a bundle that it must refuse, after a check that it is one line that names the file."""
-    with pytest.raises(InputError) as info:
-        load(path)
-    text = str(info.value)
-    assert str(path) in text
-    assert "\n" not in text
-    return text
 
 
 # --- damaged files ---------------------------------------------------------------------------------------------------
