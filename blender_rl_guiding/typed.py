@@ -4,6 +4,7 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 """
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
@@ -140,6 +141,8 @@ def _text(value: Any, name: str) -> str:
 
 
 def _within(limits: Range, value: Any, name: str) -> Any:
+    if isinstance(value, float) and not math.isfinite(value) and not limits.low <= value <= limits.high:
+        raise MalformedError(f"{name} is {value}, which is not a finite number")
     if not limits.low <= value <= limits.high:
         raise MalformedError(f"{name} is {_shown(value)}, not within {limits.low} and {limits.high}")
     return value

@@ -42,11 +42,6 @@ def parts(scene: SceneData, settings: Render, machine: Machine) -> list[Part]:
     ]
 
 
-def needed(scene: SceneData, settings: Render, machine: Machine) -> float:
-    """Bytes of all parts."""
-    return sum(part.bytes for part in parts(scene, settings, machine))
-
-
 def require(scene: SceneData, settings: Render, machine: Machine) -> None:
     """InputError where a render cannot fit into the memory that is free."""
     if fault := lacking(parts(scene, settings, machine), available()):
@@ -103,10 +98,10 @@ def _learning(scene: SceneData, settings: Render, machine: Machine) -> list[Part
     visits = each_pass * max(settings.spp - 1, 1)
     threads = machine.threads or os.cpu_count() or 1
     room = threads * machine.batch * min(bounces, MOST_LEARNT) * TRANSITION
-    recorded = Part("transitions of a pass", 2.2 * TRANSITION * each_pass + min(room, TRANSITION * each_pass), "recorded")
+    recorded = Part("transitions of a pass", 2.2 * TRANSITION * each_pass + min(room, TRANSITION * each_pass), "the guide's recorded")
     cells, patches = cells_found(scene, guide.cells, EVEN * visits), guide.rows * guide.columns
     if isinstance(guide, QTable):
-        return [recorded, Part("table", cells * (400 + 44 * patches), "cells, rows or columns")]
+        return [recorded, Part("table", cells * (400 + 44 * patches), "the guide's cells, rows or columns")]
     return [recorded, *_network(guide, cells, patches, visits)]
 
 
@@ -116,8 +111,8 @@ def _network(guide: DQN, cells: float, patches: int, visits: float) -> list[Part
     shown = guide.batch * 4 * (4 * inside + 4 * guide.width + 4 * patches)
     table = cells * (300 + 24 * patches + 8 * inside)
     return [
-        Part("replay memory", TRANSITION * min(guide.memory, visits), "memory"),
-        Part("network", 28.0 * network.parameters, "width or layers"),
-        Part("activations of a batch", float(shown), "batch, width or layers"),
-        Part("table", table, "cells, rows or columns"),
+        Part("replay memory", TRANSITION * min(guide.memory, visits), "the guide's memory"),
+        Part("network", 28.0 * network.parameters, "the guide's width or layers"),
+        Part("activations of a batch", float(shown), "the guide's batch, width or layers"),
+        Part("table", table, "the guide's cells, rows or columns"),
     ]

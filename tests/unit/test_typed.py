@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import pytest
 
-from blender_rl_guiding.typed import MalformedError, Range, parse, read
+from blender_rl_guiding.typed import Length, MalformedError, Range, parse, read
 
 
 @dataclass(frozen=True)
@@ -79,3 +79,18 @@ def test_what_is_no_json_is_one_line(text):
     with pytest.raises(MalformedError, match=r"^not JSON") as info:
         parse(text)
     assert "\n" not in str(info.value)
+
+
+def test_lengths_and_limits_within_unions():
+    share = Annotated[float, Range(0.0, 1.0)]
+    row = Annotated[tuple[share, ...], Length(2)]
+    assert read(share | row, 1, "x") == 1.0
+    assert read(share | row, [0.0, 1.0], "x") == (0.0, 1.0)
+    for bad, said in (
+        (1.5, "x is 1.5, not within"),
+        ([0.5], "x has 1 values, not 2"),
+        ([0.5, math.nan], r"x\[1\] is nan"),
+        ("a", "cannot be"),
+    ):
+        with pytest.raises(MalformedError, match=said):
+            read(share | row, list(bad) if isinstance(bad, tuple) else bad, "x")
