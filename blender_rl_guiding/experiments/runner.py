@@ -46,10 +46,11 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     """
     for experiment in experiments:
         _describe(experiment)
-        for scene in experiment.scenes:
-            tell(scene, list(experiment.methods.values()), machine, progress.note, jobs)
     places = (place for experiment in experiments for place in _places(experiment))
     if not all(is_done(folder, scene, settings) for scene, _, folder, settings in places):
+        for experiment in experiments:
+            for scene in experiment.scenes:
+                tell(scene, list(experiment.methods.values()), machine, progress.note, jobs)
         _compile_kernels(experiments, machine, progress)
     due: list[Task] = []
     for experiment in experiments:

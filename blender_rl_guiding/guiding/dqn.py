@@ -71,7 +71,7 @@ class DQNGuide:
             return {}  # a cell more would have no row in the table
         self.cells.insert(transitions.position, transitions.normal)
         self._memory.add(transitions)
-        if self._scale == 0.0 and (mean := float(transitions.reward.mean())) > 0:
+        if self._scale == 0.0 and transitions.reward.any() and (mean := float(transitions.reward.mean())) > 0:
             self._scale = MEAN_REWARD / mean
         if self._scale == 0.0 or len(self._memory) < settings.learning_starts:
             return {}

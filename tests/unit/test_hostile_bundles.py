@@ -11,7 +11,7 @@ from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.scene.description import IDENTITY, Closure, Instruction, Node
+from blender_rl_guiding.scene.description import IDENTITY, Closure, Instruction, Node, Shader
 from blender_rl_guiding.scene.faults import find_fault
 from blender_rl_guiding.settings import BSDF, Machine, QTable, Render, Uniform
 from blender_rl_guiding.shading.program import compile_shaders
@@ -82,7 +82,7 @@ def test_scenes_without_attributes_need_no_table_of_them(scene, tmp_path):
 def test_whatever_number_a_bundle_has_it_loads_or_is_refused_in_a_line(tmp_path):
     """Extremes of each number's type, in arrays and in the header, by fixed seeds."""
     path, outcomes = tmp_path / "scene.npz", []
-    for seed in range(300):
+    for seed in range(200):
         rng = np.random.default_rng(seed)
         scene = (whole(), painted())[seed % 2]
         rewrite(scene, path, **(spoiled(scene, rng) if seed % 3 else {"header": misdescribed(scene, rng)}))
@@ -91,7 +91,7 @@ def test_whatever_number_a_bundle_has_it_loads_or_is_refused_in_a_line(tmp_path)
         except InputError as error:
             assert "\n" not in str(error)  # noqa: PT017  # either outcome is right
             outcomes.append(str(error))
-    assert 50 < outcomes.count("") < 250  # what can be loaded could be saved
+    assert 30 < outcomes.count("") < 170  # what can be loaded could be saved
 
 
 # --- and rendered ------------------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ GUIDES = BSDF(), Uniform(), QTable(rows=2, columns=3, cells=8, levels=2, recorde
 def test_what_loads_renders_to_an_end(tmp_path):
     """A finite image, or one line. With NUMBA_BOUNDSCHECK=1 every index is checked on the way: see `kernels`."""
     path, ends = tmp_path / "scene.npz", Counter()
-    for seed in range(1000, 1060):
+    for seed in range(1000, 1030):
         rng = np.random.default_rng(seed)
         scene = (whole(), painted())[seed % 2]
         rewrite(scene, path, **(spoiled(scene, rng) if seed % 3 else {"header": misdescribed(scene, rng)}))
@@ -116,12 +116,15 @@ def test_what_loads_renders_to_an_end(tmp_path):
         except (InputError, FloatingPointError) as error:
             assert "\n" not in str(error)  # noqa: PT017  # either outcome is right
             ends[type(error).__name__] += 1
-    assert ends["image"] > 10
+    assert ends["image"] > 5
 
 
 BRIGHT = (Closure("emission", 3e38, {"strength": 3e38}),)
 ENDLESS = {
-    "lamp 'lamp'": lambda s: {"lamps": (replace(s.lamps[0], shader=0),), **shader(s, closures=BRIGHT)},
+    "lamp 'lamp'": lambda s: {
+        "shaders": (*s.shaders, Shader("", (), (Closure("emission", 3e38),))),
+        "lamps": (replace(s.lamps[0], emission=(3e38, 1.0, 1.0), shader=len(s.shaders)),),
+    },
     "shader 'lamp'": lambda s: shader(s, 3, closures=BRIGHT),
     "the world's shader 'sky'": lambda s: {"world": replace(s.world, closures=(replace(BRIGHT[0], weight=Node(0)),))},
 }
