@@ -126,7 +126,9 @@ ENDLESS = {
         "lamps": (replace(s.lamps[0], emission=(3e38, 1.0, 1.0), shader=len(s.shaders)),),
     },
     "shader 'lamp'": lambda s: shader(s, 3, closures=BRIGHT),
-    "the world's shader 'sky'": lambda s: {"world": replace(s.world, closures=(replace(BRIGHT[0], weight=Node(0)),))},
+    "the world's shader 'sky'": lambda s: {
+        "world": replace(s.world, closures=(Closure("emission", 3e38, {"color": Node(0), "strength": 3e38}),))
+    },
 }
 
 
