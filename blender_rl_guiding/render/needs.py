@@ -108,7 +108,7 @@ def _learning(scene: SceneData, settings: Render, machine: Machine) -> list[Part
 def _network(guide: DQN, cells: float, patches: int, visits: float) -> list[Part]:
     network = sizes(guide)
     inside = sum(network.widths[:-1]) + sum(network.encoder)
-    shown = guide.batch * 4 * (4 * inside + 4 * guide.width + 4 * patches)
+    shown = min(guide.batch, guide.memory, visits) * 4 * (2 * inside + 2 * guide.width + 3 * patches)
     table = cells * (300 + 24 * patches + 8 * inside)
     return [
         Part("replay memory", TRANSITION * min(guide.memory, visits), "the guide's memory"),
