@@ -19,7 +19,6 @@ from .path_tracer import MOST_LEARNT
 from .stage import wants_passes
 
 TRANSITION = 68  # bytes of one
-EVEN = 1 / 3  # share of the transitions that find cells as if they were even over all surfaces
 PROGRAM = 250e6  # bytes of a process that renders, before it has a scene
 
 
@@ -99,9 +98,9 @@ def _learning(scene: SceneData, settings: Render, machine: Machine) -> list[Part
     threads = machine.threads or os.cpu_count() or 1
     room = threads * machine.batch * min(bounces, MOST_LEARNT) * TRANSITION
     recorded = Part("transitions of a pass", 2.2 * TRANSITION * each_pass + min(room, TRANSITION * each_pass), "the guide's recorded")
-    cells, patches = cells_found(scene, guide.cells, EVEN * visits), guide.rows * guide.columns
+    cells, patches = cells_found(scene, guide.cells, visits), guide.rows * guide.columns
     if isinstance(guide, QTable):
-        return [recorded, Part("table", cells * (400 + 44 * patches), "the guide's cells, rows or columns")]
+        return [recorded, Part("table", cells * (400 + 50 * patches), "the guide's cells, rows or columns")]
     return [recorded, *_network(guide, cells, patches, visits)]
 
 

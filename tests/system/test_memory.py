@@ -14,4 +14,4 @@ def test_memory_is_foreseen():
     child = subprocess.run([sys.executable, "-m", "tests.system.peaks"], capture_output=True, text=True, timeout=PATIENCE, check=True)
     ratios = json.loads(child.stdout.splitlines()[-1])
     assert len(ratios) == 3
-    assert all(0.8 < ratio < 1.5 for ratio in ratios.values()), ratios
+    assert all(0.7 < ratio < 1.5 for ratio in ratios.values()), ratios

@@ -34,7 +34,7 @@ LARGE = {
     "table": (ROOM, Render(spp=10_000, guide=QTable(cells=1024, rows=64, columns=128))),
     "replay memory": (sized(512, 512), Render(spp=1000, guide=DQN(memory=10_000_000))),
     "network": (ROOM, Render(guide=DQN(layers=16, width=4096, batch=1))),
-    "activations of a batch": (ROOM, Render(guide=DQN(batch=1_000_000))),
+    "activations of a batch": (sized(512, 512), Render(spp=2, guide=DQN(batch=1_000_000))),
     "transitions of a pass": (sized(1024, 1024), Render(guide=QTable(recorded=10_000_000))),
 }
 
