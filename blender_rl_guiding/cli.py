@@ -113,16 +113,16 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
         from .experiments.probe import described
         from .experiments.runs import save_run
         from .render import Result, render, warm_up
+        from .render.beforehand import forewarn
         from .render.checkpoint import in_folder
         from .render.estimate import share
-        from .scene import chance
 
         finished: list[Result] = []
         checkpoint = in_folder(options.out)
         with progress.bar("compiling kernels (once after an update)", 1):
             warm_up(settings.guide, machine)
         scene = opened()
-        chance.tell(scene, [settings.nee], progress.note)
+        forewarn(scene, [settings], machine)
         point = find(scene)
         try:
             with progress.bar(scene.name, 1) as advance:

@@ -11,6 +11,8 @@ from typing import Any
 
 import llvmlite.binding
 import numba
+import numba.core.config
+import numba.np.arrayobj
 from llvmlite import ir
 from numba import types
 from numba.core.codegen import JITCodeLibrary
@@ -34,13 +36,25 @@ def _has_kernels(file: Path) -> bool:
     return b"kernels import" in source or b"import numba" in source
 
 
-_FOLDER = cache.folder("kernels", source_key(Path(__file__).parent))
+# With NUMBA_BOUNDSCHECK=1 kernels compare every index with its array, and raise IndexError: for hunting faults, at two thirds of the speed.
+CHECKED = bool(getattr(numba.core.config, "BOUNDSCHECK"))  # noqa: B009  # unknown to the type checker
+_FOLDER = cache.folder("kernels", source_key(Path(__file__).parent) + ("-checked" if CHECKED else ""))
 if _FOLDER:
     kernel_cache.sweep(_FOLDER)
 
 # LLVM weighs whether to do without a call by the length of what is called, but here short functions call each other in long chains:
-# with its own limit, of 225, a fifth of the rendering is calling.
-llvmlite.binding.set_option("blender_rl_guiding", "-inline-threshold=5000")
+# with its own limit, of 225, a fifth of the rendering is calling. Checked kernels have a way out at every index: they did not compile in
+# ten minutes, and call instead.
+llvmlite.binding.set_option("blender_rl_guiding", f"-inline-threshold={0 if CHECKED else 5000}")
+
+
+def _counted_from_the_front(context, builder, kind, index, size):
+    """An index as it is: Numba would take -1 for the last place before it checks."""
+    return context.cast(builder, index, kind, types.intp if kind.signed else types.uintp)
+
+
+if CHECKED:
+    setattr(numba.np.arrayobj, "fix_integer_index", _counted_from_the_front)  # noqa: B010
 
 
 class _PartLibrary(JITCodeLibrary):

@@ -3,6 +3,7 @@
 Needs nothing but numpy, because the add-on reads such files inside Blender's own Python (3.11 or newer).
 """
 
+import io
 import math
 import tokenize
 import zipfile
@@ -23,6 +24,20 @@ _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOF
 _DAMAGE += (LookupError, RuntimeError, TypeError, ValueError, AssertionError)
 
 
+PARSED = 24  # bytes that Python may make of a byte of text in an array, which has four to a character: "[[],[]]" is the worst
+MOST_AT_ONCE = 1 << 24  # bytes that are read from a file in one go
+_PACKINGS = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED  # numpy's own; of others Python unpacks without limit
+
+
+class _Sparing(io.FileIO):
+    """A file of which nobody reads much at once: of the list of a zip's members, which is read whole, Python makes ten times as much."""
+
+    def read(self, size: int | None = -1, /) -> Any:
+        if size and size > MOST_AT_ONCE:
+            raise ValueError(f"a list of members of {in_words(size)}")
+        return super().read(size)
+
+
 class Archive:
     """An open file. Whatever is wrong with it is a ValueError, or another of what `opened` makes an InputError of."""
 
@@ -36,7 +51,9 @@ class Archive:
         return sum(info.file_size for info in self._members.values())
 
     def text(self, name: str) -> str:
-        """An array of one string."""
+        """An array of one string, which is JSON: its size is that of what it is parsed into."""
+        if (info := self._members.get(f"{name}.npy")) and info.file_size * PARSED > (free := available()):
+            raise InputError(f"{name} has {in_words(info.file_size)} of text, which is too much for {in_words(free)} of memory")
         array = self._read(name, lambda dtype, shape: dtype.kind == "U" and shape == ())
         return str(array)
 
@@ -56,6 +73,8 @@ class Archive:
         if f"{name}.npy" not in self._members:
             raise ValueError(f"there is no {name}")
         info = self._members[f"{name}.npy"]
+        if info.compress_type not in _PACKINGS:
+            raise ValueError(f"{name} is packed in a way that numpy does not use")
         with self._file.open(info) as stream:
             version = npy.read_magic(stream)
             readers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -68,13 +87,13 @@ class Archive:
                 raise ValueError(f"{name} claims to be {dtype}{shape}, but has {info.file_size} bytes")
             array = np.empty(shape[::-1] if transposed else shape, dtype)
             _fill(array, stream, name)
-        return array.T if transposed else array
+        return np.ascontiguousarray(array.T) if transposed else array  # kernels and Embree take rows to follow each other
 
 
 def _fill(array: np.ndarray, stream: Any, name: str) -> None:
     rest = memoryview(array.reshape(-1).view(np.uint8))
     while len(rest):
-        count = stream.readinto(rest[: 1 << 24])
+        count = stream.readinto(rest[:MOST_AT_ONCE])
         if not count:
             raise ValueError(f"{name} ends early")
         rest = rest[count:]
@@ -86,12 +105,14 @@ def _fill(array: np.ndarray, stream: Any, name: str) -> None:
 def opened(path: Path, what: str) -> Iterator[Archive]:
     """The file, if it fits into memory. InputError where it does not, cannot be read, or the block finds it damaged: no `what`."""
     try:
-        with zipfile.ZipFile(path) as file:
+        with _Sparing(path) as stream, zipfile.ZipFile(stream) as file:
             archive = Archive(file)
             if archive.bytes > (free := available()):
                 raise InputError(f"{path} takes {in_words(archive.bytes)} of memory, but only {in_words(free)} are free")
             yield archive
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except MemoryError as error:
+        raise InputError(f"{path} takes more memory than there is") from error
     except _DAMAGE as error:
         raise InputError(f"{path}: not {what}, or damaged ({' '.join(str(error).split()) or type(error).__name__})") from error

@@ -150,6 +150,12 @@ def uniform_triangle(u, v):
 
 
 @part
+def place(x, count):
+    """The whole number up to x, kept within 0..count - 1 whatever x is: NaN counts as 0. For indices."""
+    return np.int32(min(x, F(count - 1))) if x > F(0) else np.int32(0)
+
+
+@part
 def pick(cdf, row, count, u):
     """The first of `count` entries whose cumulative probability in `cdf[row]` exceeds u in [0, 1)."""
     low, high = 0, count - 1

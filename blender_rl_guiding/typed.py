@@ -4,10 +4,12 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 """
 
 import json
+import math
 import os
 import stat
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -28,6 +30,13 @@ class Range:
 
     low: float
     high: float
+
+
+@dataclass(frozen=True)
+class Length:
+    """How many values a tuple has, as `Annotated[tuple[int, ...], Length(4)]`."""
+
+    count: int
 
 
 WHOLE = Range(-(2**63), 2**63 - 1)  # of whole numbers that have no limits of their own: what arrays can hold
@@ -66,15 +75,16 @@ def parse(text: str | bytes) -> Any:
 def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
     """A value of the annotated type `kind`, called `name` in errors; MalformedError if it is something else.
 
-    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range` or with a function that says what is wrong with a value,
+    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range`, a `Length` or a function that says what is wrong with a value,
     dataclasses as objects, tuples as lists, dict with names of type str, Any, and unions of these, of which JSON's own types choose.
     With `loose`, fields that have a default may be missing, and names that a dataclass does not have are passed over: the file may be
     of another version.
     """
     if get_origin(kind) is Annotated:
         kind, limits = get_args(kind)
-        value = read(kind, value, name, loose=loose)
-        return _within(limits, value, name) if isinstance(limits, Range) else _without_fault(limits, value, name)
+        made = read(kind, value, name, loose=loose)
+        check: Any = _within if isinstance(limits, Range) else _long if isinstance(limits, Length) else _without_fault
+        return check(limits, made, name)
     if kind is Any:
         return _anything(value, name, DEEPEST)
     if get_origin(kind) in (UnionType, Union):  # the latter where a member is Annotated
@@ -103,7 +113,7 @@ def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
 
 
 def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
-    hints, known = get_type_hints(kind, include_extras=True), {f.name: f for f in fields(kind)}
+    hints, known = _hints(kind), {f.name: f for f in fields(kind)}
     given = _typed(dict, value, name)
     if unknown := [key for key in given if key not in known and not loose]:
         raise MalformedError(f"{name} has {shown(unknown[0])}, which is nothing of it")
@@ -111,6 +121,12 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
     if missing := [key for key in known if key not in given and key not in optional]:
         raise MalformedError(f"{name} lacks {missing[0]!r}")
     return kind(**{key: read(hints[key], part, f"{name}.{key}", loose=loose) for key, part in given.items() if key in known})
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """The types of a dataclass's fields, with what is annotated."""
+    return get_type_hints(kind, include_extras=True)
 
 
 def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[Any, ...]:
@@ -150,7 +166,7 @@ def _member(union: Any, value: Any, name: str) -> Any:
     """The member of a union that what JSON has can be meant for."""
     wanted = {dict: lambda k: is_dataclass(k) or get_origin(k) is dict, list: lambda k: get_origin(k) is tuple}
     for kind in get_args(union):
-        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind  # the limits are `read`'s to check
         fits = wanted.get(
             type(value), lambda k: k is type(value) or (k is float and type(value) is int) or (k is NoneType and value is None)
         )
@@ -184,6 +200,8 @@ def _text(value: Any, name: str) -> str:
 
 
 def _within(limits: Range, value: Any, name: str) -> Any:
+    if isinstance(value, float) and not math.isfinite(value) and not limits.low <= value <= limits.high:
+        raise MalformedError(f"{name} is {value}, which is not a finite number")
     if not limits.low <= value <= limits.high:
         raise MalformedError(f"{name} is {shown(value)}, not within {limits.low} and {limits.high}")
     return value
@@ -192,6 +210,12 @@ def _within(limits: Range, value: Any, name: str) -> Any:
 def _without_fault(find: Callable[[Any], str], value: Any, name: str) -> Any:
     if fault := find(value):
         raise MalformedError(f"{name} is {shown(value)}, which {fault}")
+    return value
+
+
+def _long(wanted: Length, value: Any, name: str) -> Any:
+    if len(value) != wanted.count:
+        raise MalformedError(f"{name} has {len(value)} values, not {wanted.count}")
     return value
 
 

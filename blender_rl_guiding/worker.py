@@ -99,16 +99,15 @@ def render(job: messages.Render, events: Events) -> None:
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
+    from .render.beforehand import forewarn, forewarn_of_memory
     from .render.checkpoint import in_cache, in_folder
     from .render.estimate import left
-    from .scene import chance
     from .scene.bundle import load
 
     settings, machine = _settings(job)
     frames = Frames(Path(job.frames)) if job.frames else None
     scene = load(Path(job.bundle))
-    if job.out:
-        chance.tell(scene, [settings.nee], events.note)
+    (forewarn if job.out else forewarn_of_memory)(scene, [settings], machine)  # Blender lists lamps itself
 
     def on_pass(state: Result) -> None:
         shown = frames is not None and frames.offer(lambda: _combined(state))
@@ -184,6 +183,7 @@ def inspect(job: messages.Inspect, events: Events) -> None:
     from .experiments.runs import save_run
     from .render import Result
     from .render import render as trace
+    from .render.beforehand import forewarn
     from .render.checkpoint import in_folder
     from .render.estimate import share
     from .scene.bundle import load
@@ -192,14 +192,15 @@ def inspect(job: messages.Inspect, events: Events) -> None:
     inspection.check(settings.guide)
     out = Path(job.out)
     scene = load(Path(job.bundle))
+    forewarn(scene, [settings], machine)
     point = inspection.find(scene, job.pixel, machine)
     with events.bar("Learning", 1) as advance:
 
-        def tell(state: Result) -> None:
+        def on_pass(state: Result) -> None:
             advance(share(state, settings))
 
         checkpoint = in_folder(out)
-        result = trace(scene, settings, machine, tell, tell, checkpoint)
+        result = trace(scene, settings, machine, on_pass, on_pass, checkpoint)
     save_run(out, scene, job.method or settings.guide.kind, settings, machine, result, None, described(result.guide, point))
     checkpoint.remove()
     with events.bar("Measuring the light that arrives", 1):

@@ -1,14 +1,18 @@
 """A small scene that has some of everything a bundle can hold, and ways to change one thing of it."""
 
 import json
+import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
-from blender_rl_guiding.scene.bundle import save
-from blender_rl_guiding.scene.data import SceneData, Texture
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.bundle import load, save
+from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture
 from blender_rl_guiding.scene.description import IDENTITY, Bounces, Closure, Film, Instruction, Lamp, Loss, Node, Shader
 from tests import scenes
 from tests.instancing import with_instances
@@ -17,7 +21,7 @@ _CODE = (
     Instruction("attribute", options=(0,)),
     Instruction("image", (Node(0),), options=(1, 0, 0, 0)),
     Instruction("math", (Node(1), 2.0, 0.0), "MULTIPLY", (1,)),
-    Instruction("ramp", (Node(2),), options=(0,)),
+    Instruction("ramp", (Node(2),), options=(0, 1)),
 )
 
 
@@ -76,3 +80,102 @@ def rewrite(scene: SceneData, path: Path, header: Any = None, **arrays: Any) -> 
     values = json.loads(str(content["header"])) | (header or {})
     content["header"] = np.array(json.dumps(values))
     np.savez(path, **{k: v for k, v in (content | arrays).items() if v is not None})
+
+
+def refusal(path: Path) -> str:
+    """What `load` says of a bundle that it must refuse, after a check that it is one line that names the file."""
+    with pytest.raises(InputError) as info:
+        load(path)
+    text = str(info.value)
+    assert str(path) in text
+    assert "\n" not in text
+    return text
+
+
+# --- hostile bundles ---------------------------------------------------------------------------------------------------
+
+NUMBERS = {
+    "f": (np.nan, np.inf, -np.inf, 3.4e38, -3.4e38, 1e30, -1e30, 2e18, 1e9, -1.0, 0.0, 1e-38, 1e-45),
+    "i": (np.iinfo(np.int64).min, -(2**31), -2, -1, 0, 1, 255, 2**24, 2**31 - 1, 2**31, np.iinfo(np.int64).max),
+    "u": (0, 1, 31, 32, 255),
+}
+VALUES = {
+    bool: (True, False, 2, None),
+    int: (-(2**63), -(2**31), -1, 0, 1, 3, 31, 1024, 2**24, 2**31, 2**63 - 1, 2**63, int(1e30), 0.5, True),
+    float: (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e300, -1e300, 1e30, 1e18, 1e-38, 5e-324, -1.0, 0.0, 10**400),
+    str: ("", "\ud800", "..", "a/b", "\n", "x" * 300, "perspective", "normal"),
+}
+
+
+def spoiled(scene: SceneData, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """For `rewrite`: one of the arrays or textures with an extreme of its type at one place, in one row, or in all of it; or shorter."""
+    arrays = {name: getattr(scene, name) for name in ARRAYS} | {f"texture_{k}": t.texels for k, t in enumerate(scene.textures)}
+    name = rng.choice(list(arrays))
+    array = arrays[name]
+    if rng.random() < 0.15:
+        axis = rng.integers(array.ndim)
+        return {name: np.roll(array, 1, axis) if rng.random() < 0.3 else np.repeat(array, 2, axis) if rng.random() < 0.3 else array[:-1]}
+    place = tuple(rng.integers(n) for n in array.shape) if array.size else ()
+    value = rng.choice(np.array(NUMBERS[array.dtype.kind], array.dtype if array.dtype.kind == "f" else np.int64))
+    limits = np.iinfo(array.dtype) if array.dtype.kind != "f" else None
+    value = np.clip(value, limits.min, limits.max) if limits else value
+    return {name: changed(array, place[: rng.integers(array.ndim + 1)], value) if array.size else array}
+
+
+def misdescribed(scene: SceneData, rng: np.random.Generator) -> dict[str, Any]:
+    """For `rewrite`: the header with one of its values replaced by an extreme of its type."""
+    header = json.loads(json.dumps(scene.header()))
+    leaves = list(_leaves(header))
+    part, key = leaves[rng.integers(len(leaves))]
+    choices = VALUES.get(type(part[key]), (None,))
+    part[key] = choices[rng.integers(len(choices))]
+    return header
+
+
+def _leaves(part: Any) -> Iterator[tuple[Any, Any]]:
+    for key, value in part.items() if isinstance(part, dict) else enumerate(part):
+        if isinstance(value, dict | list):
+            yield from _leaves(value)
+        else:
+            yield part, key
+
+
+def painted() -> SceneData:
+    """`whole` with shaders that have steps of every family, a closure of every kind, tiles, a lamp with a shader, and the disc of a sun."""
+    scene, rng = whole(), np.random.default_rng(2)
+    tile = Texture("tile", True, rng.integers(256, size=(2, 2, 4), dtype=np.uint8), 1001, 1)
+    textures = (*scene.textures, tile, replace(tile, tile=1002, rest=0))
+    code = (
+        Instruction("position"),
+        Instruction("attribute", options=(0,)),
+        Instruction("object_attribute", options=(0,)),
+        Instruction("image", (Node(1),), options=(2, 3, 0, 1)),
+        Instruction("noise", (Node(0), 2.5, 0.5, 2.0, 0.1), "COLOR", (3, 1)),
+        Instruction("vector_math", (Node(3), Node(4), 0.5, 1.0), "MULTIPLY_ADD"),
+        Instruction("ramp", (Node(5),), options=(0, 1)),
+        Instruction("float_curve", (1.0, Node(6)), options=(0, 1)),
+        Instruction("bump", (Node(4), 1.0, 0.1), options=(0,)),
+        Instruction("tangent", options=(1, 0, 0, 0)),
+        Instruction("environment", (Node(0),), options=(1, 0, 0)),
+        Instruction("mapping", (Node(10), 0.1, 0.2, 1.0), "POINT"),
+        Instruction("hsv", (0.4, 1.1, 1.0, 0.9, Node(11)), options=()),
+        Instruction("layer_weight", (0.5,), "FRESNEL"),
+        Instruction("checker", (Node(1), Node(12), Node(7)), "COLOR"),
+    )
+    looks = {"diffuse": "color", "translucent": "color", "transparent": "color", "glossy": "color", "sheen": "color"}
+    looks |= {"metallic": "base_color", "glass": "color", "refraction": "color", "principled": "base_color"}
+    bumped = ("diffuse", "glass", "principled")
+    closures = tuple(
+        Closure(kind, Node(13) if kind == "glossy" else 0.2, {name: Node(14)} | ({"normal": Node(8)} if kind in bumped else {}))
+        for kind, name in looks.items()
+    )
+    glow = Shader("glow", code[:5], (Closure("emission", 0.5, {"color": Node(4), "strength": 2.0}),))
+    sky = (Instruction("position"), Instruction("sun_disc", (Node(0), 0.2, 0.7, 0.3, 5.0), options=(0, 0)))
+    return replace(
+        scene,
+        shaders=(*scene.shaders[:4], Shader("many", code, closures), *scene.shaders[5:], glow),
+        material=changed(scene.material, slice(2), len(scene.shaders)),
+        textures=textures,
+        lamps=(replace(scene.lamps[0], shader=len(scene.shaders)), scene.lamps[1]),
+        world=Shader("sky", sky, (Closure("emission", 1.0, {"color": Node(1), "strength": 0.1}),)),
+    )

@@ -7,11 +7,11 @@ import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.description import Camera, Loss
+from blender_rl_guiding.scene.description import Camera, CameraKind, Loss
 
 from .coverage import CROPPED
 
-_KINDS = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panorama"}
+_KINDS: dict[str, CameraKind] = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panorama"}
 _NEAREST_FOCUS = 1e-6  # metres; a lens that is sharp at itself has no directions
 
 
@@ -43,7 +43,7 @@ def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple
     return camera, [Loss(thing.name, "camera", detail) for detail in _losses(data, kind, render)]
 
 
-def _kind(data: bpy.types.Camera) -> str:
+def _kind(data: bpy.types.Camera) -> CameraKind:
     """A perspective stands in for what there is no other kind for: fisheyes, cylinders, cameras written in OSL."""
     if data.type == "PANO" and _panorama(data).panorama_type != "EQUIRECTANGULAR":
         return "perspective"

@@ -2,9 +2,9 @@
 
 import bpy
 
-from blender_rl_guiding.scene.description import Bounces, Film
+from blender_rl_guiding.scene.description import Bounces, Film, Filter
 
-_FILTERS = {"BOX": "box", "GAUSSIAN": "gaussian", "BLACKMAN_HARRIS": "blackman_harris"}
+_FILTERS: dict[str, Filter] = {"BOX": "box", "GAUSSIAN": "gaussian", "BLACKMAN_HARRIS": "blackman_harris"}
 
 
 def read_film(scene: bpy.types.Scene) -> Film:

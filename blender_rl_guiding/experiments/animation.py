@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..render import Result, render, warm_up
+from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
 from ..render.estimate import share
-from ..scene import chance
 from ..scene.data import SceneData
 from ..scene.frames import Frames, exporting_frames
 from ..scene.view import View
@@ -50,7 +50,7 @@ def animate(
                     advance(done + share(state, settings), description=f"{blend.name}, frame {number}")
 
                 if not done:
-                    chance.tell(scene, [settings.nee], progress.note)
+                    forewarn(scene, [settings], machine)
                 frame = Frame(number, source)
                 checkpoint = in_folder(folder, frame.suffix)
                 result = render(scene, settings, machine, on_pass, on_pass, checkpoint)

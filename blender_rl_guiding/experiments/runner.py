@@ -9,8 +9,8 @@ from typing import NamedTuple
 from ..errors import InputError, atomic, check_inside
 from ..images import sha256, write_exr
 from ..render import warm_up
+from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
-from ..scene import chance
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
 from ..strings import fault_of_name
@@ -47,11 +47,12 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     """
     for experiment in experiments:
         _describe(experiment)
-        for scene in experiment.scenes:
-            chance.tell(scene, [settings.nee for settings in experiment.methods.values()], progress.note)
     places = [place for experiment in experiments for place in _places(experiment)]
     finished = {place.folder: record for place in places if (record := _finished(place, progress))}
     if len(finished) < len(places):
+        for experiment in experiments:
+            for scene in experiment.scenes:
+                forewarn(scene, list(experiment.methods.values()), machine, jobs)
         _compile_kernels(experiments, machine, progress)
     due: list[Task] = []
     for experiment in experiments:

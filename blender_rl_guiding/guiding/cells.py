@@ -5,8 +5,17 @@ import numpy as np
 from ..bits import mix
 from ..kernels import kernel, part
 from ..sampling import F, vector
+from ..scene.data import SceneData
 from .directions import UNKNOWN, Cells, cell_key, find_cell
 from .saved import Arrays, Saved
+
+_LEAST = 1e-30  # metres of a scene's longest side, so that there are no infinitely many cells to a metre
+
+
+def cell_size(scene: SceneData, cells: int) -> float:
+    """Metres along a side of a cell, of which so many lie along the scene's longest side."""
+    low, high = scene.bounds
+    return max(float((high - low).max()), _LEAST) / cells
 
 
 class CellTable:

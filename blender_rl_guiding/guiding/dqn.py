@@ -15,7 +15,7 @@ import torch
 from ..scene.data import SceneData
 from ..settings import DQN
 from .base import OnStep, Transitions, unheard
-from .cells import CellTable
+from .cells import CellTable, cell_size
 from .directions import Directions, one_cell
 from .network import QNetwork, soft_update, target_of
 from .optimisers import make_optimiser
@@ -44,7 +44,7 @@ class DQNGuide:
         self._rng = np.random.default_rng(seed)
         low, high = scene.bounds
         self._centre, self._half = (low + high) / 2, np.maximum(high - low, 1e-6) / 2
-        self.cells = CellTable(low, float((high - low).max()) / settings.cells)
+        self.cells = CellTable(low, cell_size(scene, settings.cells))
         self._memory = ReplayMemory(settings.memory)
         self._online = QNetwork(settings)
         self._target = target_of(self._online)
@@ -72,8 +72,8 @@ class DQNGuide:
             return {}  # a cell more would have no row in the table
         self.cells.insert(transitions.position, transitions.normal)
         self._memory.add(transitions)
-        if self._scale == 0.0 and transitions.reward.any():
-            self._scale = MEAN_REWARD / float(transitions.reward.mean())
+        if self._scale == 0.0 and transitions.reward.any() and (mean := float(transitions.reward.mean())) > 0:
+            self._scale = MEAN_REWARD / mean
         if self._scale == 0.0 or len(self._memory) < settings.learning_starts:
             return {}
         start = time.perf_counter()

@@ -8,17 +8,16 @@ import math
 import numpy as np
 
 from ..kernels import kernel, part
-from ..sampling import TWO_PI, F, circle, tangents, to_local, vector
+from ..sampling import TWO_PI, F, circle, place, tangents, to_local, vector
 from ..scene.description import Camera
 
 
 @part
 def patch_of(rows, columns, wi):
     """The patch that the local direction wi passes through; directions below the horizon count to the lowest row."""
-    row = min(max(int(wi[2] * F(rows)), 0), rows - 1)
     turn = math.atan2(wi[1], wi[0]) / TWO_PI
-    column = int((turn + F(1) if turn < F(0) else turn) * F(columns))
-    return row * columns + min(column, columns - 1)
+    column = place((turn + F(1) if turn < F(0) else turn) * F(columns), columns)
+    return place(wi[2] * F(rows), rows) * columns + column
 
 
 @part

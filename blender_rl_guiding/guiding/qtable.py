@@ -14,7 +14,7 @@ from ..kernels import kernel
 from ..scene.data import SceneData
 from ..settings import QTable
 from .base import OnStep, Transitions, unheard
-from .cells import CellTable
+from .cells import CellTable, cell_size
 from .directions import UNKNOWN, Directions, one_cell
 from .patches import mean_cosines, patches_of
 from .saved import Arrays, Saved, below
@@ -28,9 +28,8 @@ class QTableGuide:
 
     def __init__(self, settings: QTable, scene: SceneData) -> None:
         self._settings = settings
-        low, high = scene.bounds
-        size = float((high - low).max()) / settings.cells
-        self._levels = [CellTable(low, size * 2**level) for level in range(settings.levels)]
+        size = cell_size(scene, settings.cells)
+        self._levels = [CellTable(scene.bounds[0], size * 2**level) for level in range(settings.levels)]
         self._cosines = mean_cosines(settings.rows, settings.columns)
         nothing = np.zeros((0, len(self._cosines)), np.float32)
         # Of each cell and patch, (C, N) float32: visits, and the means of the targets and of their squares.
@@ -63,6 +62,8 @@ class QTableGuide:
         error = expected_sarsa(rows, patches, t.reward, t.albedo, next_rows, self._cosines, *known)
         if self._q.any():
             self._tabulate(self._parents())
+        else:  # the last table has no rows for new cells
+            self._directions = one_cell(bsdf_fraction=1.0)
         return {"loss": error / max(1, len(rows)), "cells": self.cells.count}
 
     def q(self) -> np.ndarray:

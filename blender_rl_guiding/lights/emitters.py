@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf.surface import emission
+from ..errors import InputError
 from ..kernels import kernel, part
 from ..references import ref
 from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
@@ -42,7 +43,7 @@ class Lights(NamedTuple):
 
 
 def lights(scene: SceneData, shading: Shading, surface) -> Lights:
-    """The scene's lights for the kernels."""
+    """The scene's lights for the kernels. InputError where one of them sends out infinite light, of which no share can be computed."""
     low, high = scene.bounds
     radius = float(np.linalg.norm(high - low)) / 2
     triangle, area = _emitting(scene)
@@ -60,6 +61,8 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
     local = np.append(local, 0)
     world, light = _world(scene, shading)
     distant[-1] = light * np.pi * radius**2
+    if (endless := np.flatnonzero(np.isinf(local + distant))).size:
+        raise InputError(f"{_named(scene, triangle, int(endless[0]))} sends out more light than can be counted")
     share = _halves(local, distant)
     pdf_area = np.zeros(len(scene.shaders), np.float32)
     pdf_area[scene.material[triangle]] = share[: len(triangle)] / np.maximum(area, 1e-30)
@@ -82,6 +85,13 @@ def _halves(local: np.ndarray, distant: np.ndarray) -> np.ndarray:
     """Probabilities: half for what is near, half for what is far away, because their powers cannot be compared."""
     groups = [group / group.sum() for group in (local, distant) if group.sum() > 0]
     return np.sum(groups, axis=0) / len(groups) if groups else np.zeros(len(local))
+
+
+def _named(scene: SceneData, triangle: np.ndarray, emitter: int) -> str:
+    if emitter < len(triangle):
+        return f"shader {scene.shaders[scene.material[triangle[emitter]]].name!r}"
+    lamp = emitter - len(triangle)
+    return f"lamp {scene.lamps[lamp].name!r}" if lamp < len(scene.lamps) else f"the world's shader {scene.world.name!r}"
 
 
 def _emitting(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:

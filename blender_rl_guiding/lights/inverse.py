@@ -15,7 +15,7 @@ class Inverse(NamedTuple):
 
 
 def inverse_table(weights: np.ndarray) -> Inverse:
-    """The table for weights that are not negative and not all zero, (n,) float64."""
+    """The table for finite weights that are not negative and not all zero, (n,) float64. By its last entry, 1, every `draw` ends."""
     cdf = weights.cumsum()
     cdf /= cdf[-1]
     return Inverse(cdf, np.searchsorted(cdf, np.arange(len(cdf)) / len(cdf), side="right").astype(np.int32))

@@ -9,7 +9,7 @@ import numpy as np
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
 from ..references import ref
-from ..sampling import PI, TWO_PI, F, circle, cross, dot, scale, store, vector
+from ..sampling import PI, TWO_PI, F, circle, cross, dot, place, scale, store, vector
 from ..shading.evaluate import run
 from ..shading.operands import REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
@@ -135,10 +135,9 @@ def _sample_sun(world, u, v):
 @part
 def world_pdf(world, wi):
     """Density of `sample_world` per solid angle."""
-    row = min(np.int32(math.acos(min(max(wi[2], F(-1)), F(1))) * F(ROWS / math.pi)), np.int32(ROWS - 1))
+    row = place(math.acos(min(max(wi[2], F(-1)), F(1))) * F(ROWS / math.pi), ROWS)
     turn = math.atan2(wi[1], wi[0]) / TWO_PI
-    column = min(np.int32((turn + F(1) if turn < F(0) else turn) * F(COLUMNS)), np.int32(COLUMNS - 1))
-    pdf = world.pdf[row, column]
+    pdf = world.pdf[row, place((turn + F(1) if turn < F(0) else turn) * F(COLUMNS), COLUMNS)]
     for k in range(world.suns.shape[0]):
         axis = vector(world.suns, k)
         aside = cross(axis, wi)

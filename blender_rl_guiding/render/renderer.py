@@ -14,6 +14,7 @@ from ..settings import DQN, Machine, QTable, Render
 from ..settings import Guide as GuideSettings
 from .checkpoint import Checkpoint
 from .film import Film
+from .needs import require
 from .passes import PassTracer
 from .result import Result
 from .stage import wants_passes
@@ -38,6 +39,7 @@ def render(
     raises ends the render at once. `on_step` is called now and then while a guide trains, which may take longer than all passes.
     From a checkpoint of this render it goes on to the same bits; `on_pass` is first told once more of the last pass before.
     """
+    require(scene, settings, machine)
 
     def begun() -> Result:
         film = Film(scene.camera.width, scene.camera.height, scene.film.exposure, wants_passes(scene, settings))

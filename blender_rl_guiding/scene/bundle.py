@@ -1,7 +1,7 @@
 """The scene bundle: one .npz of arrays and a JSON header, the interface between Blender and the renderer. Needs nothing but numpy."""
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,8 @@ from ..errors import InputError, atomic
 from ..npz import Archive, opened
 from ..typed import MalformedError, parse, read
 from .data import ARRAYS, SceneData, Texture
-from .description import Bounces, Camera, Film, Lamp, Loss, Shader
-from .faults import find_fault
+from .description import Header
+from .faults import find_misfit
 
 VERSION = 3
 
@@ -34,39 +34,13 @@ def load(path: Path) -> SceneData:
         if (version := header.pop("version", None)) != VERSION:
             raise InputError(f"{path}: bundle version {version}, but this program reads version {VERSION}: export it again")
         scene = _scene(header, file)
-        if fault := find_fault(scene):
+        if fault := find_misfit(scene):
             raise InputError(f"{path}: {fault}")
     return scene
 
 
-@dataclass(frozen=True)
-class _Image:
-    """What the header says of a texture."""
-
-    name: str
-    srgb: bool
-    tile: int
-    rest: int
-
-
-@dataclass(frozen=True)
-class _Header:
-    """All of a scene that is not an array."""
-
-    name: str
-    shaders: tuple[Shader, ...]
-    camera: Camera
-    world: Shader
-    world_visibility: int
-    lamps: tuple[Lamp, ...]
-    film: Film
-    bounces: Bounces
-    textures: tuple[_Image, ...]
-    coverage: tuple[Loss, ...]
-
-
 def _scene(values: dict[str, Any], file: Archive) -> SceneData:
-    header: _Header = read(_Header, values, "header")
+    header: Header = read(Header, values, "header")
     arrays = {name: file.array(name, [dtype], shape) for name, (dtype, shape) in ARRAYS.items()}
     textures = []
     for k, image in enumerate(header.textures):

@@ -1,7 +1,6 @@
 """Lamps that rays seldom meet by chance: where light sampling is off, all they give is a few white dots. Needs nothing but numpy."""
 
 import math
-from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -19,12 +18,6 @@ def left_to_chance(scene: SceneData, nee: bool) -> tuple[Loss, ...]:
     low, high = scene.bounds
     middle, radius = scene.origin + (low + high) / 2, float(np.linalg.norm(high - low)) / 2
     return tuple(Loss(lamp.name, "", DETAIL) for lamp in scene.lamps if 0 < _share(lamp, middle, radius) < LEAST)
-
-
-def tell(scene: SceneData, nee: Iterable[bool], note: Callable[[str], None]) -> None:
-    """Note a line for each of them where next-event estimation is off in any of some renders."""
-    for lamp in left_to_chance(scene, all(nee)):
-        note(f"{lamp.object!r}: {lamp.detail}")
 
 
 def _share(lamp: Lamp, middle: np.ndarray, radius: float) -> float:

@@ -5,13 +5,30 @@ World space is Blender's: right-handed, z up, metres. Colours are linear Rec. 70
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated, Literal
 
-Color = tuple[float, float, float]
-Matrix = tuple[tuple[float, ...], ...]  # 4 x 4, rows
+from ..typed import Length, MalformedError, Range
+
+# Numbers and their limits: what single precision holds. `typed.read` checks them where a bundle is read, `faults` where it is written.
+LARGEST = 3.4028234663852886e38
+SMALLEST = 2.0**-126
+MOST = 2**31 - 1  # of anything that is counted: kernels have 32 bits
+FARTHEST = 1e18  # metres, positions from 0: what is further away, Embree does not see
+
+Real = Annotated[float, Range(-LARGEST, LARGEST)]
+Size = Annotated[float, Range(0.0, LARGEST)]
+Positive = Annotated[float, Range(SMALLEST, LARGEST)]
+Count = Annotated[int, Range(0, MOST)]
+Limit = Annotated[int, Range(0, 4096)]  # of events: no path has more vertices
+
+Color = tuple[Real, Real, Real]
+Light = tuple[Size, Size, Size]
+Matrix = Annotated[tuple[Annotated[tuple[Real, ...], Length(4)], ...], Length(4)]  # 4 x 4, rows
 
 # Kinds of rays that an object or a light may be hidden from; a visibility is a sum of these.
 CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW = 1, 2, 4, 8, 16
 VISIBLE = CAMERA | DIFFUSE | GLOSSY | TRANSMISSION | SHADOW
+Visibility = Annotated[int, Range(0, VISIBLE)]
 
 IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
@@ -28,33 +45,37 @@ class Loss:
 # --- camera and film -------------------------------------------------------------------------------------------------
 
 
+CameraKind = Literal["perspective", "orthographic", "panorama", "hemisphere"]
+Filter = Literal["box", "gaussian", "blackman_harris"]  # Cycles' own
+
+
 @dataclass(frozen=True)
 class Camera:
     """Looks along -z of `to_world` with +y up, as Blender's cameras do; pixel (0, 0) is at the top left."""
 
     to_world: Matrix  # the upper 3 x 3 is a rotation
-    window: tuple[float, float, float, float]  # left, right, bottom, top of the image at distance 1; orthographic: in metres
-    width: int  # pixels
-    height: int
+    window: tuple[Real, Real, Real, Real]  # left, right, bottom, top of the image at distance 1; orthographic: in metres
+    width: Annotated[int, Range(1, 65536)]  # pixels
+    height: Annotated[int, Range(1, 65536)]
     # perspective, orthographic, or panorama: equirectangular, the window in radians of longitude and latitude; or hemisphere: looks
     # along +z, x of the window is the turn around it, 0..1, and y the cosine to it, so that all pixels are of one solid angle.
-    kind: str = "perspective"
-    near: float = 0.0  # clip distances along the view axis; along the ray for panoramas and hemispheres
-    far: float = float("inf")
-    aperture: float = 0.0  # radius of the lens in metres; 0 has everything in focus
-    focus: float = 1.0  # distance of the plane in focus, metres
-    blades: int = 0  # corners of the aperture; 0 makes it round
-    blade_rotation: float = 0.0  # radians
-    aperture_ratio: float = 1.0  # above 1 the lens is narrower from side to side: anamorphic
+    kind: CameraKind = "perspective"
+    near: Size = 0.0  # clip distances along the view axis; along the ray for panoramas and hemispheres
+    far: Annotated[float, Range(0.0, float("inf"))] = float("inf")
+    aperture: Size = 0.0  # radius of the lens in metres; 0 has everything in focus
+    focus: Positive = 1.0  # distance of the plane in focus, metres
+    blades: Annotated[int, Range(0, 4096)] = 0  # corners of the aperture; 0 makes it round
+    blade_rotation: Real = 0.0  # radians
+    aperture_ratio: Positive = 1.0  # above 1 the lens is narrower from side to side: anamorphic
 
 
 @dataclass(frozen=True)
 class Film:
     """How samples become pixels."""
 
-    filter: str = "box"  # box, gaussian, blackman_harris: Cycles' own
-    filter_width: float = 1.0  # pixels; a box is always 1 wide
-    exposure: float = 1.0  # factor on the image
+    filter: Filter = "box"
+    filter_width: Positive = 1.0  # pixels; a box is always 1 wide
+    exposure: Annotated[float, Range(0.0, 1e9)] = 1.0  # factor on the image
     transparent: bool = False  # the world is not seen by the camera; the image has an alpha channel
 
 
@@ -62,12 +83,12 @@ class Film:
 class Bounces:
     """Limits of scattering events, counted as `max_bounces` is: after reaching one of them a path scatters no more."""
 
-    total: int = 13
-    diffuse: int = 5
-    glossy: int = 5
-    transmission: int = 13
-    transparent: int = 8  # passages through transparent surfaces, which are not counted otherwise
-    roulette: int = 0  # scattering events before Russian roulette begins
+    total: Limit = 13
+    diffuse: Limit = 5
+    glossy: Limit = 5
+    transmission: Limit = 13
+    transparent: Limit = 8  # passages through transparent surfaces, which are not counted otherwise
+    roulette: Limit = 0  # scattering events before Russian roulette begins
 
 
 # --- lamps -----------------------------------------------------------------------------------------------------------
@@ -78,23 +99,24 @@ class Lamp:
     """A light that is not part of a mesh. Shines along -z of `to_world`."""
 
     name: str
-    kind: str  # point, spot, sun, area
+    kind: Literal["point", "spot", "sun", "area"]
     to_world: Matrix
     # point, spot: radiant intensity, W/sr, before the spot's cone; sun: irradiance, W/m^2; area: the radiance that it would have with a
     # spread of pi
-    emission: Color
-    radius: float = 0.0  # point, spot: metres; sun: half of its angle, radians
+    emission: Light
+    radius: Size = 0.0  # point, spot: metres; sun: half of its angle, radians
     soft: bool = True  # point, spot: a disc that turns towards whatever it lights, not a sphere
-    cone: float = 0.0  # spot: half of its angle, radians
-    blend: float = 0.0  # spot: softness of the cone's edge, 0..1
-    width: float = 0.0  # area: metres along x of to_world (whose axes have unit length)
-    height: float = 0.0  # area: metres along y
+    cone: Real = 0.0  # spot: half of its angle, radians
+    blend: Real = 0.0  # spot: softness of the cone's edge, 0..1
+    width: Size = 0.0  # area: metres along x of to_world (whose axes have unit length)
+    height: Size = 0.0  # area: metres along y
     ellipse: bool = False  # area: an ellipse of these diameters, not a rectangle
-    spread: float = 3.141592653589793  # area: angle of the cone that it shines into, radians; pi is Lambert's, 0 a beam
-    visibility: int = VISIBLE & ~CAMERA
+    # area: angle of the cone that it shines into, radians; pi is Lambert's, 0 a beam
+    spread: Annotated[float, Range(0.0, 6.2832)] = 3.141592653589793
+    visibility: Visibility = VISIBLE & ~CAMERA
     shadow: bool = True  # whether things stand in its way
     mis: bool = True  # whether it can be hit by rays, and not only sampled
-    shader: int = -1  # index of the scene's shaders, whose emission the lamp's is multiplied by; -1 for none
+    shader: Annotated[int, Range(-1, 2**24)] = -1  # index of the scene's shaders, whose emission the lamp's is multiplied by; -1 for none
 
 
 # --- shaders ---------------------------------------------------------------------------------------------------------
@@ -104,10 +126,10 @@ class Lamp:
 class Node:
     """The value of an instruction, by its place in the shader's code."""
 
-    index: int
+    index: Count
 
 
-Value = float | Color | Node
+Value = Real | Color | Node
 
 
 @dataclass(frozen=True)
@@ -117,7 +139,7 @@ class Instruction:
     op: str
     inputs: tuple[Value, ...] = ()
     mode: str = ""  # which of the op's variants: "ADD"
-    options: tuple[int, ...] = ()  # whole numbers that are never computed: index of a texture, table or attribute, flags
+    options: tuple[Count, ...] = ()  # whole numbers that are never computed: index of a texture, table or attribute, flags
 
 
 @dataclass(frozen=True)
@@ -129,8 +151,10 @@ class Closure:
     inputs: dict[str, Value] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        unknown = self.inputs.keys() - CLOSURES[self.kind].keys()
-        assert not unknown, f"{self.kind} has no input {unknown}"
+        if unknown := self.inputs.keys() - CLOSURES.get(self.kind, {}).keys():
+            raise MalformedError(f"closure {self.kind!a} has no input {min(unknown)!a}")
+        if self.kind not in CLOSURES:
+            raise MalformedError(f"closure {self.kind!a} is none of {', '.join(CLOSURES)}")
 
 
 @dataclass(frozen=True)
@@ -180,3 +204,32 @@ def emits(closure: Closure) -> bool:
     else:
         return False
     return all(isinstance(part, Node) or any(part if isinstance(part, tuple) else (part,)) for part in parts)
+
+
+# --- the header ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Image:
+    """A texture without its texels."""
+
+    name: str
+    srgb: bool
+    tile: Annotated[int, Range(0, 2000)]
+    rest: Count
+
+
+@dataclass(frozen=True)
+class Header:
+    """All of a scene that is not an array."""
+
+    name: str
+    shaders: tuple[Shader, ...]
+    camera: Camera
+    world: Shader
+    world_visibility: Visibility
+    lamps: tuple[Lamp, ...]
+    film: Film
+    bounces: Bounces
+    textures: tuple[Image, ...]
+    coverage: tuple[Loss, ...]

@@ -1,5 +1,6 @@
 """What makes a scene impossible to render, or its image a plain one. Needs nothing but numpy, as `data` does."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
@@ -7,35 +8,63 @@ from typing import Any
 import numpy as np
 
 from ..strings import fault_of_name
+from ..typed import MalformedError, read
 from . import instances
 from .data import ARRAYS, SceneData
-from .description import CAMERA, Closure, Lamp, Node, Shader, Value, emits
+from .description import CAMERA, FARTHEST, LARGEST, MOST, VISIBLE, Closure, Header, Lamp, Node, Shader, Value, emits
 
 _BLOCK = 1 << 16  # triangles, or numbers, whose arithmetic stays in the cache
-_FILTERS, _CAMERAS, _LAMPS = (
-    ("box", "gaussian", "blackman_harris"),
-    ("perspective", "orthographic", "panorama", "hemisphere"),
-    ("point", "spot", "sun", "area"),
-)
 
 
 def find_fault(scene: SceneData) -> str:
     """The first thing that makes a scene impossible to render, in one line; empty if there is none."""
+    return _misdescribed(Header, scene.header(), "header") or find_misfit(scene)
+
+
+def find_misfit(scene: SceneData) -> str:
+    """What does not fit together in a scene whose types and limits have been checked as it was read, in one line.
+
+    Kernels compare no index with its array. So each that a bundle brings is proven here to lie inside, those of shaders' options by
+    `shading.program.check`; what is computed from numbers is kept inside where it is computed.
+    """
     return (
-        _find_bad_index(scene)
+        _find_too_long(scene)
+        or _find_bad_index(scene)
         or instances.find_bad_table(scene)
         or _find_bad_length(scene)
         or _find_bad_object(scene)
+        or _find_bad_attribute(scene)
         or _find_infinite(scene)
         or _find_flat(scene)
         or instances.find_singular(scene)
+        or _find_far(scene)
         or instances.find_shining(scene)
-        or _find_bad_description(scene)
-        or _find_bad_shader(scene)
+        or _find_bad_name(scene)
+        or _find_bad_camera(scene)
+        or _find_bad_reference(scene)
+        or next(filter(None, map(_find_bad_step, (*scene.shaders, scene.world))), "")
     )
 
 
+def _misdescribed(kind: Any, values: dict[str, Any], name: str) -> str:
+    """What `typed.read` finds wrong with what would be written to a bundle."""
+    try:
+        read(kind, json.loads(json.dumps(values)), name)
+    except MalformedError as error:
+        return str(error)
+    return ""
+
+
+def _find_too_long(scene: SceneData) -> str:
+    """Kernels count in 32 bits, and compute attribute rows by differences of such numbers."""
+    for name in ARRAYS:
+        if max(shape := getattr(scene, name).shape) > MOST:
+            return f"{name} of {shape} has more than {MOST} rows"
+    return ""
+
+
 def _find_bad_index(scene: SceneData) -> str:
+    """Of `triangles`, read by scene/geometry, lights/emitters and Embree; of `material`, by which all of a surface is looked up."""
     for plural, indices, there in (("vertices", scene.triangles, scene.vertices), ("materials", scene.material, scene.shaders)):
         if indices.size and (indices.min() < 0 or indices.max() >= len(there)):
             return f"triangles point to {plural} {indices.min()}..{indices.max()}, but there are {len(there)}"
@@ -51,16 +80,27 @@ def _find_bad_length(scene: SceneData) -> str:
 
 
 def _find_bad_object(scene: SceneData) -> str:
-    objects = len(scene.visibility)
+    """Of `object`, by which visibility, attributes and matrices are looked up; what Embree returns counts these triangles and instances."""
     placed = instances.placed(scene)
-    if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= placed or (np.diff(scene.object) < 0).any()):
+    if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= placed or (scene.object[1:] < scene.object[:-1]).any()):
         return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {placed}, which must never fall"
-    counts = np.concatenate([np.bincount(scene.object, minlength=placed), instances.sizes(scene)[scene.instances]])
-    rows = scene.attribute_rows
-    if scene.object_attributes.shape[0] and scene.object_attributes.shape[1] != objects:
+    if scene.visibility.max(initial=0) > VISIBLE:
+        return f"visibility has {scene.visibility.max()}, but {VISIBLE} is all kinds of rays"
+    return ""
+
+
+def _find_bad_attribute(scene: SceneData) -> str:
+    """Of `attribute_rows`, read by `shading.geometry.attribute` and `moved`, and the width of both tables of objects."""
+    objects, rows = len(scene.visibility), scene.attribute_rows
+    if len(scene.object_attributes) and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
-    if rows.shape[0] and (
-        rows.shape[1] != objects or rows.min(initial=0) < -1 or (np.where(rows < 0, 0, rows + counts) > len(scene.attributes)).any()
+    counts = np.concatenate(
+        [np.bincount(scene.object, minlength=instances.placed(scene)), instances.sizes(scene)[scene.instances]]
+    )  # triangles of each object
+    if len(rows) and (
+        rows.shape[1] != objects
+        or rows.min(initial=0) < -1
+        or ((rows >= 0) & (rows > len(scene.attributes) - counts)).any()  # no sum, which could wrap round
     ):
         return f"attribute_rows {rows.shape} do not fit {objects} objects and {len(scene.attributes)} rows of attributes"
     return ""
@@ -92,62 +132,65 @@ def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return flat
 
 
-def _find_bad_description(scene: SceneData) -> str:
-    if fault := fault_of_name(scene.name):
-        return f"the name {scene.name!r} {fault}"
-    camera, film, window = scene.camera, scene.film, scene.camera.window
-    if camera.kind not in _CAMERAS or film.filter not in _FILTERS:
-        return f"the camera is {camera.kind!r} and the filter {film.filter!r}, but there are {_CAMERAS} and {_FILTERS}"
-    if np.shape(camera.to_world) != (4, 4) or not np.isfinite([*np.ravel(camera.to_world), *window]).all():
-        return f"the camera has to_world {camera.to_world} and window {window}"
-    if not (window[0] < window[1] and window[2] < window[3] and 0 <= camera.near < camera.far):
+def _find_far(scene: SceneData) -> str:
+    """Embree passes over triangles that are further away, and squares of such distances overflow."""
+    places = {"the camera": scene.camera.to_world} | {f"lamp {lamp.name!r}": lamp.to_world for lamp in scene.lamps}
+    far = [name for name, matrix in places.items() if max(abs(row[3]) for row in matrix[:3]) > FARTHEST]
+    if max(scene.vertices.max(initial=0), -scene.vertices.min(initial=0)) > FARTHEST:
+        far.append("a vertex")
+    if far:
+        return f"{far[0]} is more than {FARTHEST:g} metres away"
+    with np.errstate(over="ignore"):
+        near = (np.abs(scene.bounds) <= 2 * FARTHEST).all()  # from the scene's origin
+    return "" if near else f"an instance is more than {FARTHEST:g} metres away"
+
+
+def _find_bad_name(scene: SceneData) -> str:
+    fault = fault_of_name(scene.name)
+    return f"the name {scene.name!r} {fault}" if fault else ""
+
+
+def _find_bad_camera(scene: SceneData) -> str:
+    camera, (left, right, bottom, top) = scene.camera, scene.camera.window
+    if not (0 < right - left <= LARGEST and 0 < top - bottom <= LARGEST and camera.near < camera.far):
         return f"the camera cannot see: {camera}"
-    if not (camera.focus > 0 and 0 <= camera.aperture < np.inf and 0 < camera.aperture_ratio < np.inf):
-        return f"the camera has no such lens: {camera}"
-    if not (0 < film.filter_width < np.inf and 0 <= film.exposure < np.inf):
-        return f"the film cannot be exposed: {film}"
-    if not (0 < camera.width <= 65536 and 0 < camera.height <= 65536):
-        return f"resolution {camera.width} x {camera.height} is out of range"
-    if negative := [name for name, value in asdict(scene.bounces).items() if value < 0]:
-        return f"bounces: {negative[0]} is negative"
+    return ""
+
+
+def _find_bad_reference(scene: SceneData) -> str:
+    """Of lamps, read by `lights.lamp_shaders`, and of tiles, by `shading.textures.find_tile`."""
     for lamp in scene.lamps:
-        if not -1 <= lamp.shader < len(scene.shaders):
+        if lamp.shader >= len(scene.shaders):
             return f"lamp {lamp.name!r} has shader {lamp.shader}, but there are {len(scene.shaders)}"
     for k, texture in enumerate(scene.textures):
-        if not 0 <= texture.rest < len(scene.textures) - k:
+        if texture.rest >= len(scene.textures) - k:
             return f"texture {texture.name!r} is followed by {texture.rest} tiles, but there are {len(scene.textures) - k - 1} textures"
-    return next(filter(None, map(fault_of_lamp, scene.lamps)), "")
+    return ""
 
 
 def fault_of_lamp(lamp: Lamp) -> str:
     """What makes a lamp impossible, in one line; empty if nothing does."""
-    numbers = (*np.ravel(lamp.to_world), *lamp.emission, lamp.radius, lamp.cone, lamp.blend, lamp.width, lamp.height, lamp.spread)
-    impossible = not np.isfinite(numbers).all() or min(*lamp.emission, lamp.radius, lamp.width, lamp.height) < 0
-    if lamp.kind not in _LAMPS or np.shape(lamp.to_world) != (4, 4) or impossible:
-        return f"lamp {lamp.name!r} is not one: {lamp}"
-    return ""
-
-
-def _find_bad_shader(scene: SceneData) -> str:
-    return next(filter(None, map(fault_of_shader, (*scene.shaders, scene.world))), "")
+    return _misdescribed(Lamp, asdict(lamp), f"lamp {lamp.name!r}")
 
 
 def fault_of_shader(shader: Shader) -> str:
     """What makes a shader impossible, in one line; empty if nothing does."""
+    return _misdescribed(Shader, asdict(shader), f"shader {shader.name!r}") or _find_bad_step(shader)
+
+
+def _find_bad_step(shader: Shader) -> str:
+    """Of the steps that others and closures read: `shading.program` gives each a register."""
     for k, instruction in enumerate(shader.code):
         if any(isinstance(value, Node) and not 0 <= value.index < k for value in instruction.inputs):
             return f"shader {shader.name!r}: step {k}, {instruction.op}, reads a value that is not computed before it"
     for value in (v for closure in shader.closures for v in _values(closure)):
         if isinstance(value, Node) and not 0 <= value.index < len(shader.code):
             return f"shader {shader.name!r}: a closure reads step {value.index} of {len(shader.code)}"
-    constants = [v for part in (*shader.code, *shader.closures) for v in _values(part) if not isinstance(v, Node)]
-    if bad := [v for v in constants if not np.isfinite(v).all()]:
-        return f"shader {shader.name!r} has the value {bad[0]}, which is not finite"
     return ""
 
 
-def _values(part: Any) -> Iterator[Value]:
-    yield from (part.weight, *part.inputs.values()) if isinstance(part, Closure) else part.inputs
+def _values(closure: Closure) -> Iterator[Value]:
+    yield from (closure.weight, *closure.inputs.values())
 
 
 def find_nothing(scene: SceneData) -> str:

@@ -78,7 +78,7 @@ def invertible(matrices: np.ndarray) -> np.ndarray:
 def find_bad_table(scene: SceneData) -> str:
     """What is wrong with the indices of meshes and instances, in one line; empty if nothing is."""
     meshes, instances, triangles = scene.meshes, scene.instances, len(scene.triangles)
-    if len(meshes) and (meshes[0] < 0 or meshes[-1] >= triangles or (np.diff(meshes) <= 0).any()):
+    if len(meshes) and (meshes.min() < 0 or meshes.max() >= triangles or (meshes[1:] <= meshes[:-1]).any()):
         return f"meshes begin at triangles {meshes.min()}..{meshes.max()} of {triangles}, which must rise"
     if len(meshes) and scene.triangles[: meshes[0]].max(initial=-1) >= world_vertices(scene):
         return f"vertex {world_vertices(scene)} is of a mesh, but vertices of triangles in the world follow"
@@ -86,7 +86,7 @@ def find_bad_table(scene: SceneData) -> str:
         return f"{len(meshes)} meshes of instances, but no instances"
     if len(instances) != len(scene.instance_to_world) or len(instances) > len(scene.visibility):
         return f"{len(instances)} instances, but {len(scene.instance_to_world)} instance_to_world and {len(scene.visibility)} objects"
-    if len(instances) and (instances.min() < 0 or instances.max() >= len(meshes) or (np.diff(instances) < 0).any()):
+    if len(instances) and (instances.min() < 0 or instances.max() >= len(meshes) or (instances[1:] < instances[:-1]).any()):
         return f"instances are of meshes {instances.min()}..{instances.max()} of {len(meshes)}, which must never fall"
     return ""
 

@@ -3,10 +3,12 @@
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from ..errors import InputError
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
 from ..scene.ops import OPS
 
 NORMAL = Node(0)  # every shader's first step, once it has been through `with_normal`
+MOST_STEPS = 1 << 16  # of a shader with its bumps, of which each has all that is below it computed twice more
 Change = Callable[[int], Value]
 # Inputs of a Principled BSDF: those that put something on its diffuse base, and those of the base and of the light that it emits by
 # their names in closures of their own.
@@ -71,6 +73,7 @@ def with_bumps(shader: Shader, positions: int) -> Shader:
     """The shader with the heights of each bump computed at three points: where it is, and beside it as `geometry.shifted` has it.
 
     `positions` is the attribute that holds the corners of triangles. A bump within the height of another is not moved.
+    InputError if there are too many.
     """
     code: list[Instruction] = []
     places: dict[int, Value] = {}
@@ -84,6 +87,8 @@ def with_bumps(shader: Shader, positions: int) -> Shader:
             moved = replace(moved, inputs=(Node(len(code) - 1), *moved.inputs[1:]))
         places[k] = Node(len(code))
         code.append(moved)
+        if len(code) > MOST_STEPS:
+            raise InputError(f"shader {shader.name!r} has more than {MOST_STEPS} steps, its bumps' included")
     return replace(shader, code=tuple(code), closures=_changed_closures(shader, places.__getitem__))
 
 

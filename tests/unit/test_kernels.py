@@ -1,5 +1,8 @@
-"""The cache of kernels is another one as soon as anything that goes into them is."""
+"""The cache of kernels is another one as soon as anything that goes into them is; and kernels can check their indices."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,3 +32,34 @@ def test_the_key_does_not_change_with_the_rest(package: Path):
     before = source_key(package)
     (package / "cli.py").write_text("print()")
     assert source_key(package) == before
+
+
+_READ = """
+from pathlib import Path
+import numba, numpy as np
+from blender_rl_guiding.kernels import kernel, part
+@part
+def read(array, i):
+    return array[i]
+@kernel
+def first(array, rows, i):
+    rows[i, 0] = read(array, i)
+for index in (0, 3, 4, -1, 2**40):
+    try:
+        first(np.zeros(4), np.zeros((4, 1)), index)
+        print("inside")
+    except IndexError:
+        print("outside")
+print(Path(numba.config.CACHE_DIR).name)
+"""
+
+
+def test_indices_are_checked_where_numba_is_told_to(tmp_path: Path):
+    """Those below 0, too, which Numba itself counts from the end; and such kernels are kept apart from the others."""
+    script = tmp_path / "read.py"
+    script.write_text(_READ)
+    changed = {"NUMBA_BOUNDSCHECK": "1", "XDG_CACHE_HOME": str(tmp_path)}
+    child = subprocess.run([sys.executable, script], env=os.environ | changed, capture_output=True, text=True, check=True)
+    *found, folder = child.stdout.split()
+    assert found == ["inside", "inside", "outside", "outside", "outside"]
+    assert folder.endswith("-checked")

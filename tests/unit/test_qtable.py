@@ -74,6 +74,16 @@ def test_learning_waits_for_light():
     assert guide.directions().bsdf_fraction == np.float32(0.3)
 
 
+def test_a_table_that_forgot_all_light_has_no_cells_either():
+    """New cells would have no rows in the last one: sums of light and of light that is taken away may be 0."""
+    guide, here, there = new_guide(levels=1), [(0, 0, 0)], [(0.9, 0.9, 0.9)]
+    guide.learn(transitions(here, [1.0], [0.0], here))
+    assert len(guide.directions().cdf) == 1
+    guide.learn(transitions(here, [-1.0], [0.0], here))
+    guide.learn(transitions(there, [0.0], [0.0], there))
+    assert not guide.directions().cells.rows.any()  # a cell of everything
+
+
 @pytest.mark.parametrize("second_moment", [False, True])
 @pytest.mark.parametrize("weights", ["radiance", "product"])
 def test_table_holds_what_was_learnt(weights, second_moment):

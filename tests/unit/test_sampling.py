@@ -126,3 +126,16 @@ def test_circle_is_cosine_and_sine():
     circles(turns, found)
     angles = 2 * np.pi * turns.astype(np.float64)
     np.testing.assert_allclose(found, np.stack([np.cos(angles), np.sin(angles)], axis=1), rtol=0, atol=2e-7)
+
+
+@kernel
+def places(numbers, count, out):
+    for i in range(len(numbers)):
+        out[i] = sampling.place(numbers[i], count)
+
+
+def test_whatever_a_number_is_its_place_is_one():
+    numbers = np.float32([0, 0.99, 1, 5.5, 6.99, 7, 8, 1e30, np.inf, -0.5, -1, -1e30, -np.inf, np.nan])
+    out = np.empty(len(numbers), np.int64)
+    places(numbers, 7, out)
+    assert out.tolist() == [0, 0, 1, 5, 6, 6, 6, 6, 6, 0, 0, 0, 0, 0]

@@ -15,7 +15,7 @@ from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture
 from blender_rl_guiding.scene.description import DIFFUSE, IDENTITY, VISIBLE, Closure, Film, Instruction, Lamp, Node, Shader, emits
 from blender_rl_guiding.scene.faults import find_fault, find_nothing, without_area
 from tests import scenes
-from tests.bundles import changed, lamp, rewrite, shader, whole
+from tests.bundles import changed, lamp, refusal, rewrite, shader, whole
 
 NAN, INF = float("nan"), float("inf")
 
@@ -23,16 +23,6 @@ NAN, INF = float("nan"), float("inf")
 @pytest.fixture
 def scene() -> SceneData:
     return whole()
-
-
-def refusal(path: Path) -> str:
-    """What `load` says of a bundle that it must refuse, after a check that it is one line that names the file."""
-    with pytest.raises(InputError) as info:
-        load(path)
-    text = str(info.value)
-    assert str(path) in text
-    assert "\n" not in text
-    return text
 
 
 # --- damaged files ---------------------------------------------------------------------------------------------------
@@ -229,36 +219,36 @@ FAULTS = {
     "the name 'a/b'": lambda s: {"name": "a/b"},
     "the name ''": lambda s: {"name": ""},
     "the name '..'": lambda s: {"name": ".."},
-    "the camera is 'fisheye'": lambda s: camera(s, kind="fisheye"),
-    "the filter 'mitchell'": lambda s: {"film": Film("mitchell")},
-    "the camera has to_world ((1.0, 0.0)": lambda s: camera(s, to_world=FLAT),
-    "window (nan": lambda s: camera(s, window=(NAN, 1.0, -1.0, 1.0)),
+    "camera.kind is 'fisheye'": lambda s: camera(s, kind="fisheye"),
+    "film.filter is 'mitchell'": lambda s: {"film": Film("mitchell")},
+    "camera.to_world[0] has 2 values, not 4": lambda s: camera(s, to_world=FLAT),
+    "camera.window[0] is nan": lambda s: camera(s, window=(NAN, 1.0, -1.0, 1.0)),
     "window=(1.0, 1.0": lambda s: camera(s, window=(1.0, 1.0, -1.0, 1.0)),
     "window=(-1.0, 1.0, 1.0, 0.0)": lambda s: camera(s, window=(-1.0, 1.0, 1.0, 0.0)),
     "near=2.0": lambda s: camera(s, near=2.0, far=1.0),
-    "near=-1.0": lambda s: camera(s, near=-1.0),
-    "focus=0.0": lambda s: camera(s, focus=0.0),
-    "aperture=-0.1": lambda s: camera(s, aperture=-0.1),
-    "aperture_ratio=0.0": lambda s: camera(s, aperture_ratio=0.0),
-    "resolution 0 x 4": lambda s: camera(s, width=0),
-    "resolution 4 x 99999": lambda s: camera(s, height=99999),
-    "exposure=nan": lambda s: {"film": replace(s.film, exposure=NAN)},
-    "filter_width=0.0": lambda s: {"film": replace(s.film, filter_width=0.0)},
-    "bounces: transmission is negative": lambda s: {"bounces": replace(s.bounces, transmission=-1)},
-    "lamp 'lamp' is not one": lambda s: lamp(s, kind="candle"),
-    "emission=(1.0, inf": lambda s: lamp(s, emission=(1.0, INF, 1.0)),
-    "emission=(1.0, -1.0": lambda s: lamp(s, emission=(1.0, -1.0, 1.0)),
-    "radius=nan": lambda s: lamp(s, radius=NAN),
-    "radius=-1.0": lambda s: lamp(s, radius=-1.0),
+    "camera.near is -1.0": lambda s: camera(s, near=-1.0),
+    "camera.focus is 0.0": lambda s: camera(s, focus=0.0),
+    "camera.aperture is -0.1": lambda s: camera(s, aperture=-0.1),
+    "camera.aperture_ratio is 0.0": lambda s: camera(s, aperture_ratio=0.0),
+    "camera.width is 0": lambda s: camera(s, width=0),
+    "camera.height is 99999": lambda s: camera(s, height=99999),
+    "film.exposure is nan": lambda s: {"film": replace(s.film, exposure=NAN)},
+    "film.filter_width is 0.0": lambda s: {"film": replace(s.film, filter_width=0.0)},
+    "bounces.transmission is -1": lambda s: {"bounces": replace(s.bounces, transmission=-1)},
+    "lamps[0].kind is 'candle'": lambda s: lamp(s, kind="candle"),
+    "lamps[0].emission[1] is inf": lambda s: lamp(s, emission=(1.0, INF, 1.0)),
+    "lamps[0].emission[1] is -1.0": lambda s: lamp(s, emission=(1.0, -1.0, 1.0)),
+    "lamps[0].radius is nan": lambda s: lamp(s, radius=NAN),
+    "lamps[0].radius is -1.0": lambda s: lamp(s, radius=-1.0),
     "lamp 'lamp' has shader 9, but there are": lambda s: lamp(s, shader=9),
-    "lamp 'lamp' has shader -2": lambda s: lamp(s, shader=-2),
+    "lamps[0].shader is -2": lambda s: lamp(s, shader=-2),
     "texture 'light' is followed by 1 tiles, but there are 0": lambda s: {"textures": (s.textures[0], replace(s.textures[1], rest=1))},
     "step 0, math, reads": lambda s: shader(s, code=(Instruction("math", (Node(0), 1.0, 0.0), "ADD", (0,)),)),
     "step 1, invert, reads": lambda s: shader(s, code=(Instruction("normal"), Instruction("invert", (1.0, Node(2))))),
     "reads step 1 of 1": lambda s: shader(s, code=(Instruction("normal"),), closures=(Closure("diffuse", 1.0, {"color": Node(1)}),)),
-    "has the value (nan": lambda s: shader(s, closures=(Closure("diffuse", 1.0, {"color": (NAN, 0.0, 0.0)}),)),
-    "has the value inf": lambda s: shader(s, closures=(Closure("diffuse", INF),)),
-    "shader 'sky' has the value nan": lambda s: {"world": Shader("sky", (Instruction("invert", (NAN, 1.0)),))},
+    "shaders[0].closures[0].inputs.color[0] is nan": lambda s: shader(s, closures=(Closure("diffuse", 1.0, {"color": (NAN, 0.0, 0.0)}),)),
+    "shaders[0].closures[0].weight is inf": lambda s: shader(s, closures=(Closure("diffuse", INF),)),
+    "world.code[0].inputs[0] is nan": lambda s: {"world": Shader("sky", (Instruction("invert", (NAN, 1.0)),))},
 }
 
 
@@ -269,7 +259,7 @@ def test_faults_are_found_and_named(scene, tmp_path, fault):
     assert fault in text
     assert "\n" not in text
     save(bad, tmp_path / "bad.npz")
-    assert refusal(tmp_path / "bad.npz").endswith(text)
+    assert text in refusal(tmp_path / "bad.npz")
 
 
 def test_faults_far_into_an_array_are_found(scene):

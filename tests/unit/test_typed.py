@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import pytest
 
 from blender_rl_guiding import typed
-from blender_rl_guiding.typed import MalformedError, Range, load, parse, read
+from blender_rl_guiding.typed import Length, MalformedError, Range, load, parse, read
 
 
 @dataclass(frozen=True)
@@ -117,3 +117,18 @@ def test_a_file_of_json_is_a_file_and_not_without_end(tmp_path, monkeypatch):
         load(Path("/dev/zero"))
     with pytest.raises(OSError, match="directory"):
         load(tmp_path)
+
+
+def test_lengths_and_limits_within_unions():
+    share = Annotated[float, Range(0.0, 1.0)]
+    row = Annotated[tuple[share, ...], Length(2)]
+    assert read(share | row, 1, "x") == 1.0
+    assert read(share | row, [0.0, 1.0], "x") == (0.0, 1.0)
+    for bad, said in (
+        (1.5, "x is 1.5, not within"),
+        ([0.5], "x has 1 values, not 2"),
+        ([0.5, math.nan], r"x\[1\] is nan"),
+        ("a", "cannot be"),
+    ):
+        with pytest.raises(MalformedError, match=said):
+            read(share | row, list(bad) if isinstance(bad, tuple) else bad, "x")

@@ -1,0 +1,17 @@
+"""What is foreseen of a render's memory is what it takes, by the peaks of a process."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tests.patience import PATIENCE
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="peaks are forgotten by /proc")
+def test_memory_is_foreseen():
+    child = subprocess.run([sys.executable, "-m", "tests.system.peaks"], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    ratios = json.loads(child.stdout.splitlines()[-1])
+    assert len(ratios) == 3
+    assert all(0.7 < ratio < 1.5 for ratio in ratios.values()), ratios

@@ -1,0 +1,91 @@
+"""What renders take of memory is told before: what cannot fit is refused, and its largest part is named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.guiding.cell_count import cells_found
+from blender_rl_guiding.notices import heard_by
+from blender_rl_guiding.render import beforehand, needs, render
+from blender_rl_guiding.render.beforehand import forewarn
+from blender_rl_guiding.render.needs import parts
+from blender_rl_guiding.scene.data import SceneData, Texture
+from blender_rl_guiding.settings import DQN, Machine, QTable, Render
+from tests import scenes
+from tests.instancing import flattened, with_instances
+
+ROOM = scenes.tiny(8)
+MACHINE = Machine(threads=2)
+
+
+def sized(width: int, height: int) -> SceneData:
+    return replace(ROOM, camera=replace(ROOM.camera, width=width, height=height))
+
+
+def test_the_largest_image_is_refused_before_anything_is_made_for_it():
+    with pytest.raises(InputError, match=r"takes about .* of memory, .* of it for the image, but .* are free: lower the resolution"):
+        render(sized(65536, 65536), Render(spp=1))
+
+
+LARGE = {
+    "image": (sized(4096, 4096), Render(passes=True)),
+    "textures": (replace(ROOM, textures=(Texture("", False, np.ones((4096, 512, 4), np.float32)),)), Render()),
+    "table": (ROOM, Render(spp=10_000, guide=QTable(cells=1024, rows=64, columns=128))),
+    "replay memory": (sized(512, 512), Render(spp=1000, guide=DQN(memory=10_000_000))),
+    "network": (ROOM, Render(guide=DQN(layers=16, width=4096, batch=1))),
+    "activations of a batch": (sized(512, 512), Render(spp=2, guide=DQN(batch=1_000_000))),
+    "transitions of a pass": (sized(1024, 1024), Render(guide=QTable(recorded=10_000_000))),
+}
+
+
+@pytest.mark.parametrize("part", LARGE)
+def test_what_does_not_fit_names_its_largest_part(monkeypatch, part):
+    monkeypatch.setattr(needs, "available", lambda: 20_000_000)
+    scene, settings = LARGE[part]
+    with pytest.raises(InputError, match=f"of it for the {part}, but 20 MB are free: lower "):
+        render(scene, settings, MACHINE)
+
+
+def told(monkeypatch, share: float, jobs: int = 1) -> list[str]:
+    """The notes where this share of the free memory is what one render takes."""
+    settings, notes = Render(), []
+    total = sum(part.bytes for part in parts(ROOM, settings, MACHINE))
+    monkeypatch.setattr(beforehand, "available", lambda: int(total / share))
+    with heard_by(notes.append):
+        forewarn(ROOM, [settings], MACHINE, jobs)
+    return notes
+
+
+def test_more_than_half_of_the_memory_is_noted(monkeypatch):
+    assert told(monkeypatch, 0.4) == []
+    (note,) = told(monkeypatch, 0.6)
+    assert note.startswith("tiny: rendering takes about 20 MB of memory")
+    with pytest.raises(InputError, match="tiny: rendering takes about 20 MB"):
+        told(monkeypatch, 1.1)
+
+
+def test_renders_at_a_time_each_take_it_and_a_process(monkeypatch):
+    with pytest.raises(InputError, match=r"tiny: 8 renders at a time take about .* are free: lower --jobs to 1"):
+        told(monkeypatch, 0.05, jobs=8)
+    assert told(monkeypatch, 0.01, jobs=2) == []
+
+
+@pytest.mark.parametrize("along", [4, 16])
+def test_cells_are_foreseen(along):
+    settings = Render(spp=9, guide=QTable(cells=along, rows=1, columns=2, levels=1))
+    scene = sized(32, 32)
+    found = render(scene, settings, MACHINE).curve[-2]["cells"]
+    assert 0.7 < cells_found(scene, along, 1e9) / found < 2
+    assert cells_found(scene, along, 10) <= 10
+
+
+def test_cells_of_instances_are_those_of_their_copies():
+    turned = np.array([[0, -2, 0, 3], [2, 0, 0, 0], [0, 0, 2, 1]], np.float32)
+    scene = with_instances(ROOM, scenes.white_cube(), [np.eye(3, 4), turned])
+    assert cells_found(scene, 24, 1e9) == pytest.approx(cells_found(flattened(scene), 24, 1e9), rel=0.02)
+
+
+def test_nothing_has_one_cell():
+    assert cells_found(scenes.empty(4), 32, 1e6) == 1
