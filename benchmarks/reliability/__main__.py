@@ -26,7 +26,7 @@ class Campaign(NamedTuple):
     """What can be run, and how often if nothing else is said."""
 
     about: str
-    count: int
+    times: int
     fuzzed: bool = False  # whether it is a `trying.Trial` in processes of its own, or its module has `outcomes`
 
 
@@ -53,7 +53,7 @@ def begun(name: str, ledger: Ledger, options: argparse.Namespace) -> Outcomes:
     own: dict[str, Any] = {"bounds": options.bounds}
     if name == "renders":
         own |= {"every": 1, "gentle": True}
-    count = options.count or CAMPAIGNS[name].count
+    count = options.count or CAMPAIGNS[name].times
     if CAMPAIGNS[name].fuzzed:
         kind = "bundles" if name == "renders" else name
         return fuzzing.outcomes(kind, options.seed, ledger.next, count, options.out / name, own)
@@ -62,7 +62,7 @@ def begun(name: str, ledger: Ledger, options: argparse.Namespace) -> Outcomes:
 
 def perform(name: str, options: argparse.Namespace, console: Console) -> Ledger:
     """Run a campaign to its end, or to Ctrl-C."""
-    campaign, count = CAMPAIGNS[name], options.count or CAMPAIGNS[name].count
+    campaign, count = CAMPAIGNS[name], options.count or CAMPAIGNS[name].times
     ledger = Ledger(options.out, name, count=count, seed=options.seed, bounds=options.bounds)
     if ledger.next:
         console.print(f"{name}: goes on after {ledger.next}")

@@ -58,7 +58,7 @@ class Fuzz:
         return "rendered", ""
 
     def _damaged(self, rng: random.Random) -> bytes:
-        """A bundle of which one thing is wrong, or two; if `gentle`, only numbers of the header and elements of arrays, which often pass."""
+        """A bundle of which one thing is wrong, or two; if `gentle`, numbers of the header or elements of arrays, which often pass."""
         arrays, header = dict(self._arrays), self._header
         kind = (
             rng.choice(("number", "number", "element"))

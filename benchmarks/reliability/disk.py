@@ -105,7 +105,8 @@ def outcomes(steps: range, seed: int, folder: Path, turns: tuple[str, ...] = TUR
 
     def prepare(out: Path) -> None:
         """Runs that a report can be made of."""
-        commands.get("compare") or commands.setdefault("compare", Command("compare", guard, guard.root, prepare))
+        if "compare" not in commands:
+            commands["compare"] = Command("compare", guard, guard.root, prepare)
         shutil.copytree(guard.root / "whole-compare", out)
         for made in ("report.html", "table.csv", "table.tex"):
             (out / made).unlink(missing_ok=True)

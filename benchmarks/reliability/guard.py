@@ -15,7 +15,6 @@ _PATHS = (
     "os.remove",
     "os.mkdir",
     "os.rmdir",
-    "os.truncate",
     "os.chmod",
     "os.chown",
     "shutil.rmtree",
@@ -121,7 +120,7 @@ class Guard:
         return found
 
 
-def _hook(event: str, arguments: tuple[Any, ...]) -> None:
+def _hook(event: str, arguments: Any) -> None:
     if not _active:
         return
     guard, seen = _active[-1]

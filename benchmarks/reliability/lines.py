@@ -43,7 +43,7 @@ class Talk:
         self._child.stdin.flush()
 
     def until(self, last: str) -> list[dict[str, Any]]:
-        """The events up to the one that is `last`, or whose text has it in it, without that. FoundError if the worker ends before, or hangs."""
+        """The events before the one that is `last`, or whose text has it in it. FoundError if the worker ends before, or hangs."""
         events: list[dict[str, Any]] = []
         while True:
             try:

@@ -29,35 +29,36 @@ def saved(folder: Path, size: int, name: str = "cornell") -> Path:
 def whole() -> SceneData:
     """The Cornell box of two objects, with instances of a pyramid, and shaders that use every op, closure, lamp, texture and attribute."""
     box = plain()
-    count, corners = len(box.triangles), np.float32([(0, 0, 0.3), (-0.2, -0.2, 0), (0.2, -0.2, 0), (0, 0.2, 0)])
-    faces = np.int32([(0, 1, 2), (0, 2, 3), (0, 3, 1)])
+    count, corners = len(box.triangles), np.array([(0, 0, 0.3), (-0.2, -0.2, 0), (0.2, -0.2, 0), (0, 0.2, 0)], np.float32)
+    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1)], np.int32)
     rng, shaders = np.random.default_rng(7), [*box.shaders, *_of_all_ops(), *_of_all_closures()]
     material = np.array(box.material)
     walls = [k for k, shader in enumerate(box.shaders) if not any(c.kind == "emission" for c in shader.closures)]
     free = np.flatnonzero(np.isin(material, walls))
     for k, index in enumerate(range(len(box.shaders), len(shaders))):
         material[free[k % len(free)]] = index
+    mirrored = np.column_stack([np.diag((1.5, 1.0, -1.0)), (0.4, 0.0, 0.5)])
     return replace(
         box,
         name="whole",
         vertices=np.concatenate([box.vertices, corners]),
         triangles=np.concatenate([box.triangles, faces + np.int32(len(box.vertices))]),
         normals=np.concatenate([box.normals, _normals(corners[faces])]),
-        material=np.concatenate([material, np.int32([walls[0]] * len(faces))]),
-        object=np.repeat(np.int32([0, 1]), [count // 2, count - count // 2]),
+        material=np.concatenate([material, np.array([walls[0]] * len(faces), np.int32)]),
+        object=np.repeat(np.array([0, 1], np.int32), [count // 2, count - count // 2]),
         shaders=tuple(shaders),
         world=Shader(
             "sky", (Instruction("position"), Instruction("luminance", (Node(0),))), (Closure("emission", 1.0, {"strength": Node(1)}),)
         ),
         lamps=_lamps(len(box.shaders)),
-        visibility=np.uint8([VISIBLE, VISIBLE, VISIBLE, 5]),
+        visibility=np.array([VISIBLE, VISIBLE, VISIBLE, 5], np.uint8),
         attributes=rng.random((2 * count, 3, 3), np.float32),
-        attribute_rows=np.int64([[0, count // 2, -1, -1], [-1, 0, 0, 3]]),
+        attribute_rows=np.array([[0, count // 2, -1, -1], [-1, 0, 0, 3]], np.int64),
         object_attributes=rng.random((3, 4, 3), np.float32),
         tables=rng.random((2, 256, 4), np.float32),
-        meshes=np.int32([count]),
-        instances=np.int32([0, 0]),
-        instance_to_world=np.float32([np.eye(3, 4), np.diag((1.5, 1.0, -1.0)) @ np.eye(3, 4) + [[0, 0, 0, 0.4], [0] * 4, [0, 0, 0, 0.5]]]),
+        meshes=np.array([count], np.int32),
+        instances=np.array([0, 0], np.int32),
+        instance_to_world=np.stack([np.eye(3, 4), mirrored]).astype(np.float32),
         textures=_textures(rng),
         coverage=(Loss("Lamp", "node 'Mix'", "left out"),),
     )

@@ -7,13 +7,13 @@ import faulthandler
 import json
 import os
 import random
-import resource
 import shutil
 import sys
 import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,7 +26,7 @@ from .ledger import FoundError, Outcome, line
 
 REFUSALS = (InputError, SettingsError, FloatingPointError)  # what the program tells people in one line
 LIMIT = 180.0  # seconds for one input; the slowest takes two
-MEMORY = 1 << 30  # bytes more than any input before it
+MEMORY = 1 << 30  # bytes that an input may take
 LONGEST = 1000  # characters of an error
 
 
@@ -50,7 +50,7 @@ def tried(kind: Trial, guard: Guard, seed: int, steps: Iterable[int]) -> Iterato
     """Try one input after another. Those with a finding stay in the folder of work."""
     for step in steps:
         start, folder, finding, result, said = time.perf_counter(), guard.folder(step), "", "refused", ""
-        peak = _peak()
+        before = _memory("VmRSS")
         with warnings.catch_warnings(record=True) as warned, guard.watching() as elsewhere:
             warnings.simplefilter("always")
             try:
@@ -64,7 +64,7 @@ def tried(kind: Trial, guard: Guard, seed: int, steps: Iterable[int]) -> Iterato
                 result, finding = "broken", f"traceback: {_last_lines()}"
         finding = finding or _of_text(said) or next((f"write: {what}" for what in elsewhere), "")
         finding = finding or next((f"warning: {w.category.__name__}: {w.message} ({w.filename}:{w.lineno})" for w in warned), "")
-        if not finding and (grown := _peak() - peak) > MEMORY:
+        if not finding and (grown := _memory("VmHWM") - before) > MEMORY:
             finding = f"memory: {grown >> 20} MiB"
         if not finding:
             shutil.rmtree(folder, ignore_errors=True)
@@ -78,9 +78,13 @@ def _of_text(said: str) -> str:
     return f"text: {len(said)} characters: {said[:200]}" if len(said) > LONGEST else ""
 
 
-def _peak() -> int:
-    """The most memory that this process ever had, bytes."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+def _memory(name: str) -> int:
+    """Bytes that this process has resident, "VmRSS", or had at most since that was asked for, "VmHWM"."""
+    if name == "VmRSS":
+        with suppress(OSError):
+            Path("/proc/self/clear_refs").write_text("5")  # forgets the most
+    status = Path("/proc/self/status").read_text()
+    return next(int(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith(name))
 
 
 def _last_lines() -> str:
