@@ -35,6 +35,7 @@ class Fuzz:
         with np.load(path) as file:
             self._arrays: dict[str, Any] = {name: file[name] for name in file.files}
         self._header = json.loads(str(self._arrays.pop("header")))
+        self._compile(path)
         self._values = [place for place in mutations.places(self._header) if isinstance(mutations.at(self._header, place), int | float)]
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
@@ -56,6 +57,15 @@ class Fuzz:
         if not np.isfinite(result.image).all():
             raise FoundError("image: it has pixels that are not finite")
         return "rendered", ""
+
+    def _compile(self, path: Path) -> None:
+        """All that is needed later, so that no input is taken for one that hangs."""
+        from blender_rl_guiding.render import render
+        from blender_rl_guiding.render.stage import build_stage
+
+        build_stage(load(path))
+        for method in METHODS if self._every else ():
+            render(load(path), method, Machine(threads=2))
 
     def _damaged(self, rng: random.Random) -> bytes:
         """A bundle of which one thing is wrong, or two; if `gentle`, numbers of the header or elements of arrays, which often pass."""

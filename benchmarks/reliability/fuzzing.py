@@ -17,7 +17,7 @@ from .trying import LIMIT
 
 
 def outcomes(kind: str, seed: int, first: int, end: int, folder: Path, options: dict[str, Any]) -> Iterator[Outcome]:
-    """Those of the steps from `first` to `end`, in order. What was found lies in `folder`/KIND/STEP."""
+    """Those of the steps from `first` to `end`, in order. What was found lies in `folder`/STEP."""
     bounds = options.pop("bounds", False)
     own = {"kernels": str(folder / "kernels-with-bounds")} if bounds else {}
     guard = Guard(folder / f"surrounding-{kind}", Path(own["kernels"]) if bounds else None)
@@ -36,7 +36,7 @@ def outcomes(kind: str, seed: int, first: int, end: int, folder: Path, options: 
                 for said in child.stdout:
                     outcome = from_line(said)
                     first = outcome.step + 1
-                    keep(folder / kind, guard, outcome)
+                    keep(folder, guard, outcome)
                     yield outcome
             finally:
                 child.kill() if sys.exc_info()[0] else child.wait()
@@ -44,7 +44,7 @@ def outcomes(kind: str, seed: int, first: int, end: int, folder: Path, options: 
             died = Outcome(first, "broken", finding=_death(child.wait(), words), seconds=0.0)
             if not guard.work.joinpath(str(first)).exists():
                 raise InputError(f"{kind}: {died.finding}")  # before it tried anything: the campaign itself is broken
-            keep(folder / kind, guard, died)
+            keep(folder, guard, died)
             first += 1
             yield died
     words.unlink(missing_ok=True)

@@ -17,7 +17,8 @@ from . import mutations, scenes
 from .guard import Guard
 from .ledger import FoundError
 
-PATIENCE = 90.0  # seconds between two events; the slowest takes five
+PATIENCE = 120.0  # seconds between two events; the slowest takes five
+COMPILING = 1800.0  # where kernels have to be compiled first
 
 
 class Talk:
@@ -42,15 +43,15 @@ class Talk:
         self._child.stdin.write(line + b"\n")
         self._child.stdin.flush()
 
-    def until(self, last: str) -> list[dict[str, Any]]:
+    def until(self, last: str, patience: float = PATIENCE) -> list[dict[str, Any]]:
         """The events before the one that is `last`, or whose text has it in it. FoundError if the worker ends before, or hangs."""
         events: list[dict[str, Any]] = []
         while True:
             try:
-                line = self._events.get(timeout=PATIENCE)
+                line = self._events.get(timeout=patience)
             except queue.Empty:
                 self.end()
-                raise FoundError(f"hang: the worker says nothing for {PATIENCE:.0f} s") from None
+                raise FoundError(f"hang: the worker says nothing for {patience:.0f} s") from None
             if not line:
                 raise FoundError(f"crash: the worker ended, {self.last_words()}")
             events.append(json.loads(line))
@@ -88,6 +89,18 @@ class Talk:
         self._events.put(b"")
 
 
+def started(folder: Path, bundle: Path) -> Talk:
+    """A worker that has done a job of each kind, so that all is compiled. FoundError where it cannot."""
+    talk = Talk(folder)
+    for job in jobs(bundle, folder)[:4]:
+        talk.send(json.dumps(job).encode())
+        talk.send(b'{"job": "render", "bundle": "next.npz", "settings": {}}')
+        if errors := [event["text"] for event in talk.until("next.npz", COMPILING) if event["event"] == "error"]:
+            talk.end()
+            raise FoundError(f"text: a good job is refused, {errors[0]}")
+    return talk
+
+
 def jobs(bundle: Path, folder: Path, guide: Any = None) -> list[dict[str, Any]]:
     """A job of each kind, which takes little time."""
     settings = to_dict(Render(spp=1, seconds=0.5, guide=guide or QTable(cells=4, recorded=500)))
@@ -110,15 +123,16 @@ class Fuzz:
         self._guard = guard
         self._texts = [text for text in mutations.TEXTS if "/" not in text and ".." not in text]  # a job's folder is where it is to write
         self._bundle = scenes.saved(guard.tmp, scenes.SIZE)
-        self._worker: Talk | None = None
+        self._runs = guard.work / "runs"
+        self._runs.mkdir()
+        self._worker = started(self._runs, self._bundle)
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
         line = self._damaged(rng, folder)
         (folder / "line.txt").write_bytes(line)
-        if not self._worker or not self._worker.alive:
-            (self._guard.work / "runs").mkdir(exist_ok=True)
+        if not self._worker.alive:
             with self._guard.unwatched():
-                self._worker = Talk(self._guard.work / "runs")
+                self._worker = Talk(self._runs)
         self._worker.send(line)
         mark = f"next-{folder.name}.npz"
         self._worker.send(json.dumps({"job": "render", "bundle": mark, "settings": {}}).encode())

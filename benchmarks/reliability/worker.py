@@ -16,7 +16,7 @@ import numpy as np
 from . import mutations, scenes
 from .guard import Guard
 from .ledger import FoundError, Outcome
-from .lines import Talk, jobs
+from .lines import Talk, jobs, started
 
 SIZE = 24  # pixels, both ways
 WARM = 0.2  # share of the jobs after which nothing is new to it any more
@@ -24,26 +24,27 @@ MEASURES = {"memory": "MiB", "files": "open", "threads": "", "temporary": "files
 FOUND = {"memory": 8.0, "files": 0.5, "threads": 0.5, "temporary": 0.5}  # growth in an hour that is one, where its interval is above it
 
 
-def outcomes(steps: range, seed: int, folder: Path) -> Iterator[Outcome]:
-    """One for each minute: its last measures. A step that is begun again starts another worker."""
+def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0) -> Iterator[Outcome]:
+    """One for each minute: its last measures."""
     shutil.rmtree(folder, ignore_errors=True)
     guard = Guard(folder)
     bundle = scenes.saved(guard.root, SIZE)
     with guard.here():
-        talk = Talk(guard.work)
+        talk = started(guard.work, bundle)
     rng, start = random.Random(f"{seed} {steps.start}"), time.monotonic()
     try:
         for step in steps:
             finding, done, rows = "", 0, []
-            while time.monotonic() < start + 60 * (step - steps.start + 1) or not rows:
+            while time.monotonic() < start + minute * (step - steps.start + 1) or not rows:
                 try:
                     done += _one(talk, rng, bundle, guard)
                 except FoundError as error:
                     finding = str(error)
+                    talk.end()
                     with guard.here():
                         talk = Talk(guard.work)
                 rows.append(measured(talk.pid, guard))
-            yield Outcome(step, "minute", finding=finding, seconds=60.0, numbers={"jobs": done, "all": len(rows)} | rows[-1])
+            yield Outcome(step, "minute", finding=finding, seconds=minute, numbers={"jobs": done, "all": len(rows)} | rows[-1])
     finally:
         talk.end()
 

@@ -124,7 +124,7 @@ def test_a_crash_and_a_hang_are_found_and_the_next_inputs_tried(tmp_path, monkey
     assert [outcome.step for outcome in found] == [0, 1, 2, 3, 4, 5]
     assert {outcome.step: outcome.finding.partition(":")[0] for outcome in found if outcome.finding} == {2: "crash", 4: "hang"}
     assert f"signal {int(signal.SIGSEGV)}" in found[2].finding
-    assert [(tmp_path / "out" / "deadly" / str(k) / "input").read_text() for k in (2, 4)] == ["2", "4"]
+    assert [(tmp_path / "out" / str(k) / "input").read_text() for k in (2, 4)] == ["2", "4"]
 
 
 def test_a_campaign_goes_on_where_it_was(tmp_path, capsys, monkeypatch):
