@@ -1,5 +1,6 @@
 """Damaged checkpoints: a render goes on from them to the same bits, begins anew, or says one line."""
 
+import io
 import random
 import time
 from pathlib import Path
@@ -9,7 +10,7 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 
 from . import mutations, scenes
-from .commands import PATIENCE, Process, called, difference, digest, knows, outcome_of
+from .commands import GOES_ON, PATIENCE, Process, called, difference, digest, knows, outcome_of
 from .guard import Guard
 from .ledger import FoundError
 
@@ -35,7 +36,11 @@ class Fuzz:
             process.kill(group=True)
         assert checkpoint.exists(), "the render kept no checkpoint, or ended before it could be killed"
         self._data = checkpoint.read_bytes()
-        with np.load(checkpoint) as file:
+        status, said = called("render", self._bundle, *OPTIONS, "--out", out)
+        assert status == 0, said
+        assert GOES_ON in said, "the render did not go on from a sound checkpoint"
+        assert not difference(digest(out), self._clean)
+        with np.load(io.BytesIO(self._data)) as file:
             self._arrays = {name: file[name] for name in file.files}
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:

@@ -19,6 +19,7 @@ from .guard import Guard
 from .ledger import ROOT, FoundError
 
 PATIENCE = 900.0  # seconds that anything is waited for; the slowest takes 60
+GOES_ON = "goes on from"  # what a render says that begins with a checkpoint
 TIMES = {
     "seconds",
     "learn_seconds",

@@ -11,13 +11,12 @@ from typing import Any
 from blender_rl_guiding.images import read_exr
 
 from . import scenes
-from .commands import SMALL, Process, called, difference, digest, knows, leftovers
+from .commands import GOES_ON, SMALL, Process, called, difference, digest, knows, leftovers
 from .guard import Guard
 from .ledger import FoundError, Outcome
 
 SIZE = 32  # pixels, both ways
 LATEST = 1.3  # of the usual time: some of them end before they are killed
-GOES_ON = "goes on"  # what a render says that begins with a checkpoint
 
 _COMPARE = ("--methods", "bsdf,qtable,dqn", "--spp", 6, "--seeds", 2, "--reference-spp", 256, "--qtable.cells", 4, *SMALL)
 _RENDER = ("--spp", 256, "--threads", 2)
