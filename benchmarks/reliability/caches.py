@@ -9,10 +9,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numba.core import config
 
+from blender_rl_guiding import kernels
 from blender_rl_guiding.experiments.references import reference
 from blender_rl_guiding.experiments.truth import kept
+from blender_rl_guiding.kernels import source_key
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.settings import Machine
 
@@ -27,6 +28,7 @@ RENDERS = """
 import hashlib, sys
 from pathlib import Path
 from blender_rl_guiding.render import render
+from blender_rl_guiding.kernels import source_key
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.settings import Machine, Render
 print(hashlib.sha256(render(load(Path(sys.argv[1])), Render(spp=2), Machine(threads=2)).image.tobytes()).hexdigest())
@@ -81,7 +83,7 @@ class Fuzz:
 
     def _of_kernels(self, rng: random.Random, folder: Path) -> tuple[str, str]:
         own = folder / "cache" / "blender_rl_guiding" / "kernels"
-        compiled = Path(getattr(config, "CACHE_DIR"))  # noqa: B009  # of this source; unknown to the type checker
+        compiled = self._guard.kernels / source_key(Path(kernels.__file__).parent)
         shutil.copytree(compiled, own / compiled.name)
         files = sorted(path for path in own.rglob("*") if path.is_file())
         path = rng.choice(files)

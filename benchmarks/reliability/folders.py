@@ -45,6 +45,12 @@ def compared(bundle: Path, folder: Path, jobs: int = 1, **values: Any) -> int:
     return run([experiment(bundle, folder, **values)], Machine(threads=2), jobs, Silent())
 
 
+def reported(folder: Path) -> dict[str, Any]:
+    """Write the report; returns what a comparison hands over."""
+    written: Any = report.write(folder)
+    return handover.handed_over(folder if isinstance(written, Path) else written)
+
+
 class Fuzz:
     """See `trying.Trial`."""
 
@@ -53,19 +59,21 @@ class Fuzz:
         self._bundle = scenes.saved(guard.tmp, SIZE)
         self._clean = guard.tmp / "clean"
         compared(self._bundle, self._clean)
-        report.write(self._clean)
-        handover.handed_over(self._clean)
+        reported(self._clean)
         self._digest = digest(self._clean)
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
         copy = folder / "results"
         shutil.copytree(self._clean, copy)
-        said = [self._damage(copy, rng) for _ in range(rng.choice((1, 1, 2, 3)))]
+        said = [self._damage(copy, rng) for _ in range(rng.choice((1, 1, 2, 3)))] if rng.random() < 0.9 else [_lead_out(copy, rng)]
         (folder / "damage.txt").write_text("\n".join(said), encoding="utf-8")
-        if rng.random() < 0.25:
-            return self._resumed(copy)
-        report.write(copy)
-        json.dumps(handover.handed_over(copy))
+        self._guard.place = copy
+        try:
+            if rng.random() < 0.25:
+                return self._resumed(copy)
+            json.dumps(reported(copy))
+        finally:
+            self._guard.place = self._guard.work
         return "accepted", ""
 
     def _resumed(self, copy: Path) -> tuple[str, str]:
@@ -73,8 +81,7 @@ class Fuzz:
         failed = compared(self._bundle, copy)
         if failed:
             raise FoundError(f"lost: {failed} runs failed")
-        report.write(copy)
-        handover.handed_over(copy)
+        reported(copy)
         runs = {name: value for name, value in self._digest.items() if not name.endswith(".png")}
         there = {name: value for name, value in digest(copy).items() if name in runs}
         if wrong := difference(there, runs):
@@ -109,3 +116,22 @@ class Fuzz:
             elif how == "folder":
                 path.mkdir()
         return f"{path.relative_to(copy)}: {how}"
+
+
+def _lead_out(copy: Path, rng: random.Random) -> str:
+    """The scene or a method gets a name that leads out of the folder, where there is such a scene; and out of `figures`."""
+    path = copy / "experiment.json"
+    plan = json.loads(path.read_text(encoding="utf-8"))
+    kind, (scene, *_) = rng.choice(("scenes", "methods")), plan["scenes"]
+    old = plan[kind][0]
+    where = copy if kind == "scenes" else copy / scene
+    up = "../" * rng.choice((1, 2, 3) if kind == "scenes" else (1, 2, 3, 4))
+    name = rng.choice((f"a/../{up}x", f"{up}x", str(copy.parent / "x")))
+    (where / "a").mkdir()
+    shutil.copytree(where / old, where / name, dirs_exist_ok=True)
+    for figure in list((copy / "figures").glob(f"*{old}*")):
+        (figure.parent / f"{figure.stem.replace(old, '')}a").mkdir(exist_ok=True)
+    plan[kind][0] = name
+    plan["baseline"] = name if plan["baseline"] == old else plan["baseline"]
+    path.write_text(json.dumps(plan), encoding="utf-8")
+    return f"{kind} {name}"

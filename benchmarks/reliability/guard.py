@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from blender_rl_guiding.cache import cache_home
-
 _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _PATHS = (
     "os.remove",
@@ -34,8 +32,10 @@ class Guard:
         """`kernels` are those that are compiled already; None takes the user's."""
         self.root = root.resolve()
         self.work, self.home, self.cache, self.tmp = (self.root / name for name in ("work", "home", "cache", "tmp"))
-        self._fonts = Path(os.environ.get("MPLCONFIGDIR") or cache_home().parent / "matplotlib").absolute()  # whose list takes long to make
-        self.kernels = (kernels or cache_home() / "kernels").resolve()
+        self.place = self.work  # what may be written to; narrower where a trial knows better
+        user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute()
+        self._fonts = Path(os.environ.get("MPLCONFIGDIR") or user / "matplotlib")  # whose list takes long to make
+        self.kernels = (kernels or user / "blender_rl_guiding" / "kernels").resolve()
         for folder in (self.work, self.home, self.cache / "blender_rl_guiding", self.tmp, self.root / "canary", self.kernels):
             folder.mkdir(parents=True, exist_ok=True)
         if not (self.cache / "blender_rl_guiding" / "kernels").exists():
@@ -106,8 +106,8 @@ class Guard:
         if isinstance(path, int) or path is None:
             return True
         real = os.path.join(os.path.realpath(os.path.dirname(os.path.abspath(os.fsdecode(path)))), os.path.basename(os.fsdecode(path)))
-        own = (self.work, self.cache, self.tmp, self.kernels, self._fonts)
-        return real.startswith((*(f"{folder}{os.sep}" for folder in own), "/dev/", "/proc/")) or "__pycache__" in real
+        own = (self.place, self.cache, self.tmp, self.kernels, self._fonts)
+        return f"{real}{os.sep}".startswith((*(f"{folder}{os.sep}" for folder in own), "/dev/", "/proc/")) or "__pycache__" in real
 
     def _listing(self) -> set[tuple[str, Any]]:
         """All that lies around the folder of work, as far as it should stay."""
