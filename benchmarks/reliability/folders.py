@@ -47,8 +47,7 @@ def compared(bundle: Path, folder: Path, jobs: int = 1, **values: Any) -> int:
 
 def reported(folder: Path) -> dict[str, Any]:
     """Write the report; returns what a comparison hands over."""
-    written: Any = report.write(folder)
-    return handover.handed_over(folder if isinstance(written, Path) else written)
+    return handover.handed_over(report.write(folder))
 
 
 class Fuzz:

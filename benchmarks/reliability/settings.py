@@ -23,8 +23,8 @@ class Fuzz:
     def __init__(self, guard: Guard) -> None:
         self._texts = [text for text in mutations.TEXTS if text not in (mutations.DEEP, mutations.DIGITS)]
         self._flags = [name.replace("_", "-") for config in (Render, Machine) for name, _ in flags(config)]
-        typed = [text for text in self._texts if len(text) < 1000 and text.isprintable()]  # whoever types more sees more
-        self._words = (*typed, *map(str, mutations.NUMBERS), *guard.ways_out, "1", "2", "0.5", *_NAMES)
+        self._typed = [text for text in self._texts if len(text) < 1000 and text.isprintable()]  # whoever types more sees more
+        self._words = (*self._typed, *map(str, mutations.NUMBERS), *guard.ways_out, "1", "2", "0.5", *_NAMES)
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
         way = rng.choice((self._data, self._data, self._file, self._changes, self._changes, self._line))
@@ -48,8 +48,8 @@ class Fuzz:
     def _changes(self, rng: random.Random, folder: Path) -> tuple[str, str]:
         names = [name for name, _ in flags(Render)]
         changes = {
-            rng.choice((*names, *self._texts)) if rng.random() < 0.2 else rng.choice(names): mutations.extreme(
-                rng.choice((1, 1.0, "")), rng
+            rng.choice((*names, *self._typed)) if rng.random() < 0.2 else rng.choice(names): mutations.extreme(
+                rng.choice((1, 1.0, "")), rng, self._typed
             )
             for _ in range(rng.choice((1, 1, 2, 4)))
         }
