@@ -25,13 +25,14 @@ def guard(compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Gu
 
 
 def findings(kind: str, guard: Guard, count: int, **options) -> list[str]:
-    """What is found by so many inputs. AssertionError unless some were taken, and some refused."""
+    """What is found by so many inputs."""
     outcomes = list(tried(trial(kind, guard, options), guard, SEED, range(count)))
     results = {outcome.result for outcome in outcomes}
     assert len(outcomes) == count
     assert results - {"broken"}, "all are broken"
     if kind in ("bundles", "lines", "settings"):
-        assert {"accepted", "refused"} <= results, "nothing was tried"
+        assert "refused" in results, "nothing was damaged"
+        assert results & {"accepted", "rendered"}, "nothing was whole"
     return [f"{outcome.step}: {outcome.finding}" for outcome in outcomes if outcome.finding]
 
 
@@ -64,11 +65,11 @@ def found(outcomes) -> list[str]:
 
 
 def test_a_killed_comparison_loses_nothing(compiled, tmp_path):
-    assert found(kills.outcomes(range(2), SEED, tmp_path / "kills", ("compare",), 12)) == []
+    assert found(kills.outcomes(range(1), SEED, tmp_path / "kills", ("compare",), 12)) == []
 
 
 def test_a_killed_render_loses_nothing(compiled, tmp_path):
-    assert found(kills.outcomes(range(2), SEED, tmp_path / "kills", ("render a table",), 24)) == []
+    assert found(kills.outcomes(range(1), SEED, tmp_path / "kills", ("render a table",), 24)) == []
 
 
 def test_one_guide_has_the_same_bits_however_it_is_rendered(compiled, tmp_path):
