@@ -142,6 +142,10 @@ class Fuzz:
             raise FoundError(f"text: {len(errors)} errors of one message")
         return ("refused", errors[0]) if errors else ("accepted", "")
 
+    def end(self) -> None:
+        """No more lines."""
+        self._worker.end()
+
     def _damaged(self, rng: random.Random, folder: Path) -> bytes:
         job = rng.choice(jobs(self._bundle, folder))
         if rng.random() < 0.1:

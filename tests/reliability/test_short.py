@@ -26,7 +26,11 @@ def guard(compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Gu
 
 def findings(kind: str, guard: Guard, count: int, **options) -> list[str]:
     """What is found by so many inputs."""
-    outcomes = list(tried(trial(kind, guard, options), guard, SEED, range(count)))
+    used = trial(kind, guard, options)
+    try:
+        outcomes = list(tried(used, guard, SEED, range(count)))
+    finally:
+        getattr(used, "end", lambda: None)()
     results = {outcome.result for outcome in outcomes}
     assert len(outcomes) == count
     assert results - {"broken"}, "all are broken"
@@ -36,20 +40,13 @@ def findings(kind: str, guard: Guard, count: int, **options) -> list[str]:
     return [f"{outcome.step}: {outcome.finding}" for outcome in outcomes if outcome.finding]
 
 
-@pytest.mark.parametrize(
-    ("kind", "count", "options"),
-    [
-        ("bundles", 120, {}),
-        ("settings", 150, {}),
-        ("lines", 40, {}),
-        ("folders", 5, {}),
-        ("caches", 10, {}),
-        ("checkpoints", 12, {}),
-    ],
-)
-def test_damaged_inputs_are_taken_or_cost_one_line(kind, count, options, guard, monkeypatch):
+COUNTS = {"bundles": 120, "settings": 150, "lines": 40, "folders": 5, "caches": 10, "checkpoints": 12}
+
+
+@pytest.mark.parametrize("kind", COUNTS)
+def test_damaged_inputs_are_taken_or_cost_one_line(kind, guard, monkeypatch):
     monkeypatch.setattr(caches, "KERNELS", 0.0)
-    assert findings(kind, guard, count, **options) == []
+    assert findings(kind, guard, COUNTS[kind]) == []
 
 
 def test_damaged_bundles_render_or_cost_one_line(guard, monkeypatch):
