@@ -19,6 +19,9 @@ usage() {
 ./build.sh bench     speed against Mitsuba and Cycles, in out/bench/latest.json; `bench size`: memory, time and noise
                      against triangles, emitters and pixels, in out/bench/size.json; `bench window`: how long F12 keeps
                      Blender's window from answering, beside Cycles, in out/bench/window.json
+./build.sh reliability NAME [--count N] [--seed S] [--bounds] [--only STEP]
+                     attacks on the program, in out/reliability/NAME.json: fuzz (bundles, renders, lines, settings, folders, caches,
+                     checkpoints), kills, bits, disk, writers, starts, worker; or all. Ctrl-C ends one, the same command goes on
 ./build.sh extension make the zip to install in Blender 4.5 or 5.2, out/rl_guided-<version>.zip; a further argument names another folder
 EOF
 }
@@ -94,6 +97,10 @@ check)
 bench)
     setup bench
     .venv/bin/python -m benchmarks "$@"
+    ;;
+reliability)
+    setup
+    .venv/bin/python -m benchmarks.reliability "$@"
     ;;
 extension)
     setup

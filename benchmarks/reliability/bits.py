@@ -1,0 +1,115 @@
+"""Eight guides and encoders: the same bits whatever the threads, batches, jobs, and kills on the way."""
+
+import hashlib
+import json
+import random
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from blender_rl_guiding.render import render
+from blender_rl_guiding.scene.bundle import load
+from blender_rl_guiding.schema import to_dict
+from blender_rl_guiding.settings import BSDF, DQN, RBF, BSpline, Encoder, Frequency, Machine, NoEncoding, QTable, Render, Uniform
+
+from . import scenes
+from .commands import Process, called, difference, digest, knows
+from .folders import compared
+from .guard import Guard
+from .ledger import FoundError, Outcome
+
+SIZE = 32  # pixels, both ways
+THREADS, BATCHES, KILLS = (1, 2, 3), (77, 1000, 16384), 3
+
+
+def _network(encoder: Encoder, loss: str = "dqn") -> DQN:
+    return DQN(
+        encoder=encoder, loss=loss, layers=2, width=16, rows=4, columns=6, cells=8,  # type: ignore[arg-type]  # one of the two
+        recorded=3000, learning_starts=256, batch=256, first_steps=10, steps=4,
+    )  # fmt: skip
+
+
+GUIDES = {
+    "uniform": Uniform(),
+    "bsdf": BSDF(),
+    "qtable": QTable(cells=8, recorded=3000),
+    "dqn": _network(NoEncoding()),
+    "dqn frequency": _network(Frequency()),
+    "dqn rbf": _network(RBF(width=8, features=8)),
+    "dqn bspline": _network(BSpline(width=8, features=4)),
+    "cdqn bspline matrix": _network(BSpline(reads="matrix", width=8, features=4), "cdqn"),
+}
+
+
+def outcomes(steps: range, seed: int, folder: Path, size: int = SIZE, kills: int = KILLS) -> Iterator[Outcome]:
+    """One for each guide, by turns."""
+    shutil.rmtree(folder, ignore_errors=True)
+    guard = Guard(folder)
+    bundle, names = scenes.saved(guard.root, size), list(GUIDES)
+    for step in steps:
+        start, rng, name = time.monotonic(), random.Random(f"{seed} {step}"), names[step % len(names)]
+        settings, finding, renders = Render(spp=8, seed=seed, guide=GUIDES[name]), "", 0
+        try:
+            with guard.here():
+                renders += _of_threads(bundle, settings)
+                renders += _of_jobs(bundle, settings, guard.folder(step))
+                renders += _of_kills(bundle, settings, guard, rng, kills)
+        except FoundError as error:
+            finding = f"{error} ({name})"
+        yield Outcome(step, name, finding=finding, seconds=time.monotonic() - start, numbers={"renders": renders})
+
+
+def figures(rows: list[dict[str, float]]) -> dict[str, float]:
+    """How many images were compared."""
+    return {"renders": float(sum(row["renders"] for row in rows))}
+
+
+def _of_threads(bundle: Path, settings: Render) -> int:
+    """Threads and batches, in this process."""
+    scene, bits = load(bundle), {}
+    for threads in THREADS:
+        for batch in BATCHES:
+            result = render(scene, settings, Machine(threads=threads, batch=batch))
+            sums = b"".join(array.tobytes() for array in result.film.sums if array is not None)
+            bits[threads, batch] = hashlib.sha256(sums).hexdigest(), result.rays, str(result.losses)
+    if other := [place for place, found in bits.items() if found != bits[1, BATCHES[0]]]:
+        raise FoundError(f"difference: {other[0][0]} threads and batches of {other[0][1]}")
+    return len(bits)
+
+
+def _of_jobs(bundle: Path, settings: Render, folder: Path) -> int:
+    """One run at a time, and two."""
+    for jobs in (1, 2):
+        if failed := compared(bundle, folder / f"jobs-{jobs}", jobs, methods={"method": settings}, seeds=2):
+            raise FoundError(f"lost: {failed} of the runs failed, {jobs} at a time")
+    if wrong := difference(*(digest(folder / f"jobs-{jobs}") for jobs in (1, 2))):
+        raise FoundError(f"difference: two runs at a time, {wrong}")
+    return 4
+
+
+def _of_kills(bundle: Path, settings: Render, guard: Guard, rng: random.Random, kills: int) -> int:
+    """Killed some times while it renders, and continued; nothing where no checkpoints are kept."""
+    if not knows("--checkpoint") or not kills:
+        return 0
+    path = guard.work / "settings.json"
+    path.write_text(json.dumps(to_dict(settings) | {"spp": 128}), encoding="utf-8")
+    command = "render", bundle, "--settings", path, "--threads", 2
+    whole, killed = guard.work / "whole", guard.work / "killed"
+    for out in (whole, killed):
+        shutil.rmtree(out, ignore_errors=True)
+    start = time.monotonic()
+    status, said = called(*command, "--out", whole)
+    usual = time.monotonic() - start
+    for _ in range(kills):
+        with Process(guard, *command, "--checkpoint", 0.05, "--out", killed) as process:
+            end = time.monotonic() + 60
+            while not killed.exists() and not process.done and time.monotonic() < end:
+                time.sleep(0.01)  # until it begins to render
+            process.wait(rng.uniform(0, usual))
+    with Process(guard, *command, "--out", killed) as process:
+        if status or process.wait():
+            raise FoundError(f"status: not 0 after kills, {said or process.said}")
+    if wrong := difference(digest(killed), digest(whole)):
+        raise FoundError(f"difference: killed {kills} times, {wrong}")
+    return 1

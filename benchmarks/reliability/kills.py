@@ -1,0 +1,150 @@
+"""Commands that are killed at random moments and started again: nothing that was finished is lost, and the bits are those of one run."""
+
+import os
+import random
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from blender_rl_guiding.images import read_exr
+
+from . import scenes
+from .commands import GOES_ON, SMALL, Process, called, difference, digest, knows, leftovers
+from .guard import Guard
+from .ledger import FoundError, Outcome
+
+SIZE = 32  # pixels, both ways
+LATEST = 1.3  # of the usual time: some of them end before they are killed
+
+_COMPARE = ("--methods", "bsdf,qtable,dqn", "--spp", 6, "--seeds", 2, "--reference-spp", 256, "--qtable.cells", 4, *SMALL)
+_RENDER = ("--spp", 256, "--threads", 2)
+COMMANDS: dict[str, tuple[object, ...]] = {  # what follows the scene; the first word is the command
+    "compare": ("compare", *_COMPARE),
+    "render a table": ("render", *_RENDER, "--guide", "qtable", "--qtable.cells", 8),
+    "sweep": ("sweep", "--spp", 2, "--seeds", 2, "--reference-spp", 128, "--jobs", 2),
+    "render a network": ("render", *_RENDER, "--guide", "dqn", *SMALL),
+}
+
+
+class Victim:
+    """A command, what it makes when it is left alone, and a folder in which it is killed again and again."""
+
+    def __init__(self, name: str, folder: Path, size: int = SIZE) -> None:
+        shutil.rmtree(folder, ignore_errors=True)
+        self.name, self._guard = name, Guard(folder)
+        first, *options = COMMANDS[name]
+        bundle = scenes.saved(self._guard.root, size, "a1")
+        scene = ("slides-resolution", "--scenes", bundle.parent) if first == "sweep" else (bundle,)
+        checkpoint = ("--checkpoint", 0.1) if first == "render" and knows("--checkpoint") else ()
+        self._command = (first, *scene, *options, *checkpoint)
+        self.usual, self._clean = self._undisturbed()
+        self._out = self._guard.work / "killed"
+        self._anew()
+
+    def attempt(self, rng: random.Random) -> bool:
+        """Start it and kill it, unless it ends before, which is checked; whether it was killed. FoundError tells what is wrong."""
+        moment, group = rng.uniform(0, LATEST * self.usual), rng.random() < 0.5
+        with Process(self._guard, *self._command, "--out", self._out) as process:
+            status = process.wait(moment)
+            if status is not None:
+                self._check_end(status, process.said)
+                return False
+            process.kill(group)
+            if not group and (left := process.orphans()):
+                raise FoundError(f"orphan: {len(left)} processes outlive {self.name}, which was killed")
+            self._check_unchanged(process.said)
+        return True
+
+    def finish(self) -> None:
+        """Let it come to its end."""
+        with Process(self._guard, *self._command, "--out", self._out) as process:
+            self._check_end(process.wait(), process.said)
+
+    def _undisturbed(self) -> tuple[float, dict[str, Any]]:
+        """The seconds that it takes, and what it makes; all kernels are compiled before."""
+        with self._guard.here():
+            status, said = called(*self._command, "--out", self._guard.work / "warm")
+        if status:
+            raise FoundError(f"status: {status} of {self.name} undisturbed, {said}")
+        self._forget_references()
+        start = time.monotonic()
+        with Process(self._guard, *self._command, "--out", self._guard.work / "whole") as process:
+            if process.wait():
+                raise FoundError(f"status: {self.name} undisturbed, {process.said}")
+        return time.monotonic() - start, digest(self._guard.work / "whole")
+
+    def _anew(self) -> None:
+        self._forget_references()
+        shutil.rmtree(self._out, ignore_errors=True)
+        self._finished: dict[str, Any] = {}
+        self._checkpoint = False
+
+    def _forget_references(self) -> None:
+        shutil.rmtree(self._guard.cache / "blender_rl_guiding" / "references", ignore_errors=True)
+
+    def _check_unchanged(self, said: str) -> None:
+        """What was finished before the start is as it was; and what is now."""
+        self._check_resumed(said)
+        now = {}
+        for result in self._out.rglob("result.json") if self._command[0] != "render" else ():  # which renders whenever it is asked to
+            image = result.with_name("image.exr")
+            read_exr(image)
+            now[str(image)] = (image.stat().st_mtime_ns, image.stat().st_ino)
+        for name, known in self._finished.items():
+            if now.get(name) != known:
+                raise FoundError(f"lost: {name} was finished before the kill, and is {'done again' if name in now else 'gone'}")
+        self._finished = now
+        self._checkpoint = (self._out / "checkpoint.npz").exists()
+
+    def _check_resumed(self, said: str) -> None:
+        if "Traceback" in said:
+            raise FoundError(f"traceback: {said.strip().splitlines()[-1]}")
+        if self._checkpoint and said and GOES_ON not in said:
+            raise FoundError(f"lost: there was a checkpoint, but {self.name} did not go on from it: {said.strip()}")
+
+    def _check_end(self, status: int | None, said: str) -> None:
+        if status != 0:
+            raise FoundError(f"status: {status} of {self.name} after a kill, {(said.strip().splitlines() or [''])[-1]}")
+        self._check_unchanged(said)
+        if wrong := difference(digest(self._out), self._clean):
+            raise FoundError(f"difference: {self.name}, {wrong}")
+        places = self._out, self._guard.cache
+        if left := [*leftovers(*places), *os.listdir(self._guard.tmp)]:
+            raise FoundError(f"leftover: {self.name}, {len(left)} files, {left[0]}")
+        self._anew()
+
+    def begin_again(self) -> None:
+        """After a finding: another folder, so that each is found once."""
+        shutil.rmtree(self._guard.tmp)
+        self._guard.tmp.mkdir()
+        for left in self._guard.cache.rglob(".*"):
+            left.unlink()
+        self._anew()
+
+
+def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tuple(COMMANDS), size: int = SIZE) -> Iterator[Outcome]:
+    """One for each kill, by turns; in the end each command comes to its own."""
+    victims: dict[str, Victim] = {}
+    for step in steps:
+        start, rng, name = time.monotonic(), random.Random(f"{seed} {step}"), names[step % len(names)]
+        try:
+            victim = victims.get(name) or victims.setdefault(name, Victim(name, folder / name.replace(" ", "-"), size))
+            ended = 0
+            while not victim.attempt(rng):
+                ended += 1
+            finding = ""
+            if step >= steps.stop - len(names):
+                victim.finish()
+                ended += 1
+        except FoundError as error:
+            finding, ended = str(error), 0
+            if name in victims:
+                victims[name].begin_again()
+        yield Outcome(step, name, finding=finding, seconds=time.monotonic() - start, numbers={"ended": ended})
+
+
+def figures(rows: list[dict[str, float]]) -> dict[str, float]:
+    """How often a command came to its end, and was compared."""
+    return {"compared": float(sum(row.get("ended", 0) for row in rows))}

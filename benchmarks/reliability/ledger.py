@@ -1,0 +1,112 @@
+"""What a campaign has tried and found so far: kept in a file, so that it goes on where it was interrupted, and told in the end."""
+
+import json
+import platform
+import re
+import subprocess
+from collections import Counter
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from blender_rl_guiding import __version__
+from blender_rl_guiding.errors import atomic
+
+ROOT = Path(__file__).resolve().parents[2]
+OUT = ROOT / "out" / "reliability"
+
+
+class FoundError(Exception):
+    """What a campaign looks for; the message begins with its kind: "difference: ..."."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one step of a campaign ended."""
+
+    step: int
+    result: str  # in a word: "refused", "accepted", "rendered", "resumed"
+    said: str = ""  # the error's text where it was refused
+    finding: str = ""  # what is wrong, its kind first: "traceback: ..."; empty if nothing is
+    seconds: float = 0.0
+    numbers: dict[str, float] = field(default_factory=dict)  # measured on the way
+
+
+class Ledger:
+    """The outcomes of one campaign, in `folder`/NAME.json. Another count, seed, option or source begins anew."""
+
+    def __init__(self, folder: Path, name: str, **about: Any) -> None:
+        self.path = folder / f"{name}.json"
+        self.about = {"campaign": name, "program": __version__, "source": _commit()} | about
+        self.seconds, self.longest, self.next = 0.0, 0.0, 0
+        self.results: Counter[str] = Counter()
+        self.findings: list[dict[str, Any]] = []
+        self.rows: list[dict[str, float]] = []
+        self.seen: set[str] = set()  # findings without numbers and names
+        self._take_up()
+
+    def add(self, outcome: Outcome, saved: str = "") -> None:
+        """Count an outcome; `saved` is where its input is kept."""
+        self.next = outcome.step + 1
+        self.results[outcome.result] += 1
+        self.longest = max(self.longest, outcome.seconds)
+        self.seconds += outcome.seconds
+        if outcome.numbers:
+            self.rows.append({"step": outcome.step} | outcome.numbers)
+        if outcome.finding:
+            self.findings.append({"step": outcome.step, "finding": outcome.finding, "saved": saved})
+
+    def is_new(self, finding: str) -> bool:
+        """Whether there was none yet that differs in numbers and quoted names alone."""
+        kind = re.sub(r"'[^']*'|\"[^\"]*\"|\d+", "#", finding)
+        new = kind not in self.seen
+        self.seen.add(kind)
+        return new
+
+    def write(self, **figures: Any) -> None:
+        """Keep what there is; `figures` are what the whole comes to."""
+        kinds = Counter(found["finding"].partition(":")[0] for found in self.findings)
+        values = {
+            "about": self.about,
+            "machine": platform.platform(),
+            "tried": self.next,
+            "results": dict(self.results),
+            "kinds": dict(kinds),
+            "seconds": round(self.seconds, 1),
+            "longest": round(self.longest, 3),
+            "figures": figures,
+            "findings": self.findings,
+            "rows": self.rows,
+        }
+        with atomic(self.path) as part:
+            part.write_text(json.dumps(values, indent=1), encoding="utf-8")
+
+    def _take_up(self) -> None:
+        try:
+            before = json.loads(self.path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return
+        if before.get("about") == json.loads(json.dumps(self.about)) and before["tried"] < self.about.get("count", 0):
+            self.next, self.seconds, self.longest = before["tried"], before["seconds"], before["longest"]
+            self.results, self.findings, self.rows = Counter(before["results"]), before["findings"], before["rows"]
+            for found in self.findings:
+                self.is_new(found["finding"])
+
+
+def from_line(line: str) -> Outcome:
+    """What `line` has written."""
+    return Outcome(**json.loads(line))
+
+
+def line(outcome: Outcome) -> str:
+    """An outcome as a line of JSON."""
+    return json.dumps(asdict(outcome))
+
+
+def _commit() -> str:
+    """Of the source, with a plus if it was changed since; empty where there is no repository."""
+    try:
+        done = subprocess.run(["git", "describe", "--always", "--dirty=+"], cwd=ROOT, capture_output=True, text=True)
+    except OSError:
+        return ""
+    return done.stdout.strip()

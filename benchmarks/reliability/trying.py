@@ -1,0 +1,126 @@
+"""Trying damaged inputs, many in a process: what may come of each is a result or one line; anything else is a finding.
+
+`python -m benchmarks.reliability.trying KIND ROOT SEED FIRST END OPTIONS` writes an outcome a line; a crash or a hang ends it.
+"""
+
+import faulthandler
+import json
+import os
+import random
+import shutil
+import sys
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Protocol
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.schema import SettingsError
+
+from .guard import Guard
+from .ledger import FoundError, Outcome, line
+
+REFUSALS = (InputError, SettingsError, FloatingPointError)  # what the program tells people in one line
+LIMIT = 180.0  # seconds for one input; the slowest takes two
+MEMORY = 1 << 30  # bytes that an input may take
+LONGEST = 1000  # characters of an error
+
+
+class Trial(Protocol):
+    """A kind of input. It is made once for many of them: what they are damaged from, it makes then."""
+
+    def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
+        """Damage an input, leave it in the folder, and use it; returns the result in a word, and the error where there is one.
+
+        One of `REFUSALS` is a result, too.
+        """
+        ...
+
+
+def trial(kind: str, guard: Guard, options: dict[str, Any]) -> Trial:
+    """The kind of that name: the class `Fuzz` of its module."""
+    return import_module(f"{__package__}.{kind}").Fuzz(guard, **options)
+
+
+def tried(kind: Trial, guard: Guard, seed: int, steps: Iterable[int]) -> Iterator[Outcome]:
+    """Try one input after another. Those with a finding stay in the folder of work."""
+    for step in steps:
+        start, folder, finding, result, said = time.perf_counter(), guard.folder(step), "", "refused", ""
+        before = _memory("VmRSS")
+        with warnings.catch_warnings(record=True) as warned, guard.watching() as elsewhere:
+            warnings.simplefilter("always")
+            try:
+                result, said = kind.attempt(random.Random(f"{seed} {step}"), folder)
+            except REFUSALS as error:
+                said = str(error)
+                finding = "" if said else "text: the error is empty"
+            except FoundError as error:
+                result, finding = "broken", str(error)
+            except (Exception, SystemExit):  # noqa: BLE001  # whatever it is, it is a finding
+                result, finding = "broken", f"traceback: {_last_lines()}"
+        finding = finding or _of_text(said) or next((f"write: {what}" for what in elsewhere), "")
+        finding = finding or next((f"warning: {w.category.__name__}: {w.message} ({w.filename}:{w.lineno})" for w in warned), "")
+        if not finding and (grown := _memory("VmHWM") - before) > MEMORY:
+            finding = f"memory: {grown >> 20} MiB"
+        if not finding:
+            shutil.rmtree(folder, ignore_errors=True)
+        yield Outcome(step, result, said[:LONGEST], finding, time.perf_counter() - start)
+
+
+def _of_text(said: str) -> str:
+    """What is wrong with an error's text."""
+    if len(said.splitlines()) > 1 or not said.isprintable():
+        return f"text: not one line that can be shown: {said[:300]!a}"
+    return f"text: {len(said)} characters: {said[:200]}" if len(said) > LONGEST else ""
+
+
+def _memory(name: str) -> int:
+    """Bytes that this process has resident, "VmRSS", or had at most since that was asked for, "VmHWM"."""
+    if name == "VmRSS":
+        with suppress(OSError):
+            Path("/proc/self/clear_refs").write_text("5")  # forgets the most
+    status = Path("/proc/self/status").read_text()
+    return next(int(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith(name))
+
+
+def _last_lines() -> str:
+    """The exception at hand, and the last of our own files that it came through."""
+    kind, error, trace = sys.exc_info()
+    frames = [f for f in traceback.extract_tb(trace) if f"{os.sep}blender_rl_guiding{os.sep}" in f.filename]
+    place = f" at {Path(frames[-1].filename).name}:{frames[-1].lineno} {frames[-1].name}" if frames else ""
+    return f"{kind.__name__ if kind else ''}: {ascii(str(error))[:200]}{place}"
+
+
+def main(arguments: list[str]) -> None:
+    kind, root, seed, first, end, options = arguments
+    values = json.loads(options)
+    kernels = Path(values.pop("kernels")) if "kernels" in values else None
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)  # whatever prints, prints elsewhere
+    faulthandler.enable()
+    guard = Guard(Path(root), kernels)
+    os.chdir(guard.work)
+    used = trial(kind, guard, values)
+    outcomes, watch = tried(used, guard, int(seed), range(int(first), int(end))), _watched()
+    while watch(lambda: next(outcomes, None), answers):
+        pass
+
+
+def _watched() -> Callable[[Callable[[], Outcome | None], Any], bool]:
+    def one(following: Callable[[], Outcome | None], answers: Any) -> bool:
+        faulthandler.dump_traceback_later(LIMIT, exit=True)
+        outcome = following()
+        faulthandler.cancel_dump_traceback_later()
+        if outcome:
+            print(line(outcome), file=answers)
+        return outcome is not None
+
+    return one
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

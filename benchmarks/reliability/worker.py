@@ -1,0 +1,111 @@
+"""A worker of an hour: jobs of all kinds, bad ones and killed neighbours among them; does it grow?"""
+
+import json
+import math
+import os
+import random
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from statistics import NormalDist
+
+import numpy as np
+
+from . import mutations, scenes
+from .guard import Guard
+from .ledger import FoundError, Outcome
+from .lines import Talk, jobs, started
+
+SIZE = 24  # pixels, both ways
+WARM = 0.2  # share of the jobs after which nothing is new to it any more
+MEASURES = {"memory": "MiB", "files": "open", "threads": "", "temporary": "files"}
+FOUND = {"memory": 8.0, "files": 0.5, "threads": 0.5, "temporary": 0.5}  # growth in an hour that is one, where its interval is above it
+
+
+def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0) -> Iterator[Outcome]:
+    """One for each minute: its last measures."""
+    shutil.rmtree(folder, ignore_errors=True)
+    guard = Guard(folder)
+    bundle = scenes.saved(guard.root, SIZE)
+    with guard.here():
+        talk = started(guard.work, bundle)
+    rng, start = random.Random(f"{seed} {steps.start}"), time.monotonic()
+    try:
+        for step in steps:
+            finding, done, rows = "", 0, []
+            while time.monotonic() < start + minute * (step - steps.start + 1) or not rows:
+                try:
+                    done += _one(talk, rng, bundle, guard)
+                except FoundError as error:
+                    finding = str(error)
+                    talk.end()
+                    with guard.here():
+                        talk = Talk(guard.work)
+                rows.append(measured(talk.pid, guard))
+            yield Outcome(step, "minute", finding=finding, seconds=minute, numbers={"jobs": done, "all": len(rows)} | rows[-1])
+    finally:
+        talk.end()
+
+
+def _one(talk: Talk, rng: random.Random, bundle: Path, guard: Guard) -> int:
+    """A job, and its answer; one in five is a damaged one, in one of ten images vanish while they are written, and once in thirty a
+    neighbour that renders into the same folder was killed before. Returns 1 for a job that was done.
+    """
+    frames = guard.work / "frames"
+    job = rng.choice(jobs(bundle, guard.work)[:4])
+    if rng.random() < 1 / 30:
+        _kill_neighbour(rng, bundle, guard)
+    if rng.random() < 0.2:
+        line = mutations.text(mutations.damaged(job, rng, ("", "x", "none.npz", "\x00", "\ud800")), rng)
+        talk.send(line.encode("utf-8", "surrogatepass").replace(b"\n", b" "))
+    else:
+        talk.send(json.dumps(job).encode())
+    if rng.random() < 0.1:
+        time.sleep(rng.random() * 0.2)
+        shutil.rmtree(frames, ignore_errors=True)
+    talk.send(b'{"job": "render", "bundle": "next.npz", "settings": {}}')
+    return any(event["event"] == "done" for event in talk.until("next.npz"))
+
+
+def _kill_neighbour(rng: random.Random, bundle: Path, guard: Guard) -> None:
+    with guard.here():
+        other = Talk(guard.work)
+    other.send(json.dumps(jobs(bundle, guard.work)[1]).encode())
+    time.sleep(rng.uniform(0.0, 4.0))
+    other.end()
+
+
+def measured(pid: int, guard: Guard) -> dict[str, float]:
+    """What a process has: resident memory in MiB, open files, threads, and temporary files that lie about."""
+    own = Path(f"/proc/{pid}")
+    with suppress(OSError):
+        pages = int((own / "statm").read_text().split()[1])
+        left = sum(path.name.startswith(".") and path.name != ".lock" for path in guard.work.rglob("*")) + len(os.listdir(guard.tmp))
+        sizes = {"files": len(os.listdir(own / "fd")), "threads": len(os.listdir(own / "task")), "temporary": left}
+        return {"memory": pages * os.sysconf("SC_PAGE_SIZE") / (1 << 20)} | sizes
+    return {}
+
+
+def figures(rows: list[dict[str, float]]) -> dict[str, float | str]:
+    """Growth in an hour of each measure, and its 95 % interval, by a line through all but the first fifth; jobs that were done."""
+    told: dict[str, float | str] = {"jobs": float(sum(row["jobs"] for row in rows))}
+    late = [row for row in rows[round(WARM * len(rows)) :] if "memory" in row]
+    if len(late) < 4:
+        return told
+    hours = np.array([row["step"] for row in late]) / 60
+    for name in MEASURES:
+        slope, margin = fitted(hours, np.array([row[name] for row in late]))
+        told[name] = float(late[-1][name])
+        told[f"{name} in an hour"] = f"{slope:+.2f} +- {margin:.2f}" + " GROWS" * (slope - margin > FOUND[name])
+    return told
+
+
+def fitted(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """The slope of a line through points, and half its 95 % interval, by the residuals' variance and the normal quantile."""
+    centred = x - x.mean()
+    spread = float(centred @ centred)
+    slope = float(centred @ (y - y.mean())) / spread
+    residuals = y - y.mean() - slope * centred
+    return slope, NormalDist().inv_cdf(0.975) * math.sqrt(float(residuals @ residuals) / (len(x) - 2) / spread)

@@ -1,0 +1,43 @@
+"""Two commands that write into one folder at once: one does, the other says so in a line, and the folder is that of one."""
+
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from .commands import Process, called, difference, digest
+from .guard import Guard
+from .kills import COMMANDS, SIZE
+from .ledger import FoundError, Outcome
+from .scenes import saved
+
+
+def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tuple(COMMANDS)) -> Iterator[Outcome]:
+    """One for each pair, by turns."""
+    shutil.rmtree(folder, ignore_errors=True)
+    guard = Guard(folder)
+    bundle = saved(guard.root, SIZE, "a1")
+    for step in steps:
+        start, name, finding = time.monotonic(), names[step % len(names)], ""
+        first, *options = COMMANDS[name]
+        scene = ("slides-resolution", "--scenes", bundle.parent) if first == "sweep" else (bundle,)
+        own = guard.folder(step)
+        try:
+            _check(guard, (first, *scene, *options), own)
+        except FoundError as error:
+            finding = f"{error} ({name})"
+        yield Outcome(step, name, finding=finding, seconds=time.monotonic() - start)
+
+
+def _check(guard: Guard, command: tuple[object, ...], folder: Path) -> None:
+    with guard.here():
+        called(*command, "--out", folder / "alone")
+    with Process(guard, *command, "--out", folder / "both") as one, Process(guard, *command, "--out", folder / "both") as other:
+        statuses = sorted((process.wait() or 0, process.said) for process in (one, other))
+    if [status for status, _ in statuses] != [0, 2]:
+        raise FoundError(f"writers: they ended with {[status for status, _ in statuses]}: {statuses[1][1].strip()[-200:]}")
+    lines = [line for line in statuses[1][1].splitlines() if line.startswith("rlg: ")]
+    if len(lines) != 1 or "Traceback" in statuses[1][1]:
+        raise FoundError(f"text: the second says {statuses[1][1][-300:]!r}")
+    if wrong := difference(digest(folder / "both"), digest(folder / "alone")):
+        raise FoundError(f"difference: {wrong}")
