@@ -42,6 +42,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _leave(str(interrupt) or "interrupted")
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains again at exit
+    except OSError as error:  # of a place that nobody thought of
+        say(f"rlg: {error}", sys.stderr)
+        return 2
     return 0
 
 

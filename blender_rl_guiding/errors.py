@@ -32,8 +32,9 @@ def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
         if durable:
             _to_disk(part)
         os.replace(part, path)
-        if durable and os.name == "posix":  # elsewhere folders cannot be opened
-            _to_disk(path.parent)
+        if durable:
+            with contextlib.suppress(OSError):  # not every file system syncs folders, and the file is there
+                _to_disk(path.parent)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from error
     finally:
@@ -55,8 +56,8 @@ def check_writable(folder: Path) -> None:
 
     Makes nothing, so that a command that fails for another reason leaves nothing behind.
     """
-    nearest = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    if not nearest.is_dir():
+    nearest = next(place for place in (folder, *folder.absolute().parents) if os.path.exists(place))
+    if not os.path.isdir(nearest):
         raise InputError(f"cannot write to {folder}: {nearest} is not a folder")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError(f"cannot write to {folder}: no permission to write to {nearest}")

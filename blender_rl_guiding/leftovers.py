@@ -14,7 +14,9 @@ from pathlib import Path
 
 _OLD = 7 * 24 * 3600.0  # seconds after which what another computer, or this one before it was started anew, has left is taken for dead
 _SIGNALS = os.name == "posix"  # elsewhere os.kill ends whatever it is sent to
-_NAME = re.compile(r"(\..+\.|\.?)rlg-(\d+)-([0-9a-f]{8})([.-].*)?")
+# Names that `part_of` and `temporary_folder` give; the latter hides all but those where the system has its temporary files.
+_FILE = re.compile(r"\..+\.rlg-(\d+)-([0-9a-f]{8})(\.[^.\n]*)?")
+_FOLDER, _HIDDEN = (re.compile(dot + r"rlg-(\d+)-([0-9a-f]{8})-[a-z0-9_]{8}") for dot in ("", r"\."))
 
 
 def part_of(path: Path) -> Path:
@@ -44,11 +46,14 @@ def sweep(folder: Path) -> None:
 
     Nothing else is touched, and no link is followed. What cannot be removed stays.
     """
+    folders = _FOLDER if folder == Path(tempfile.gettempdir()) else _HIDDEN
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
-            if "rlg-" in entry.name and (name := _NAME.fullmatch(entry.name)):
+            if "rlg-" in entry.name:
                 with contextlib.suppress(OSError):  # another start sweeps at the same time, or it is another user's
-                    if _is_dead(int(name[2]), name[3], entry):
+                    is_folder = entry.is_dir(follow_symlinks=False)
+                    name = (folders if is_folder else _FILE).fullmatch(entry.name)
+                    if name and _is_dead(int(name[1]), name[2], entry):
                         _remove(entry)
 
 

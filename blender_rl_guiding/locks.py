@@ -32,7 +32,7 @@ def writing(*folders: Path) -> Iterator[None]:
 @contextlib.contextmanager
 def _writing(folder: Path) -> Iterator[None]:
     check_writable(folder)
-    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    made = [place for place in (folder, *folder.parents) if not os.path.exists(place)]
     try:
         lock = _locked(folder)
         try:

@@ -29,6 +29,10 @@ MOST_AT_ONCE = 1 << 24  # bytes that are read from a file in one go
 _PACKINGS = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED  # numpy's own; of others Python unpacks without limit
 
 
+class DamagedError(InputError):
+    """A file was read, but is not what it has to be."""
+
+
 class _Sparing(io.FileIO):
     """A file of which nobody reads much at once: of the list of a zip's members, which is read whole, Python makes ten times as much."""
 
@@ -76,9 +80,9 @@ class Archive:
         if info.compress_type not in _PACKINGS:
             raise ValueError(f"{name} is packed in a way that numpy does not use")
         with self._file.open(info) as stream:
-            version = npy.read_magic(stream)
-            readers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-            shape, transposed, dtype = readers[version](stream)
+            if npy.read_magic(stream) != (1, 0):  # whose header has 64 kB at most
+                raise ValueError(f"{name} is of another version of numpy's format")
+            shape, transposed, dtype = npy.read_array_header_1_0(stream)
             if dtype.hasobject:
                 raise ValueError(f"{name} holds objects, which allow_pickle would unpickle")
             if any(length < 0 for length in shape) or not fits(dtype, shape):
@@ -103,7 +107,7 @@ def _fill(array: np.ndarray, stream: Any, name: str) -> None:
 
 @contextmanager
 def opened(path: Path, what: str) -> Iterator[Archive]:
-    """The file, if it fits into memory. InputError where it does not, cannot be read, or the block finds it damaged: no `what`."""
+    """The file, if it fits into memory. InputError where it does not or cannot be read, DamagedError where it is no `what`."""
     try:
         with _Sparing(path) as stream, zipfile.ZipFile(stream) as file:
             archive = Archive(file)
@@ -115,4 +119,4 @@ def opened(path: Path, what: str) -> Iterator[Archive]:
     except MemoryError as error:
         raise InputError(f"{path} takes more memory than there is") from error
     except _DAMAGE as error:
-        raise InputError(f"{path}: not {what}, or damaged ({' '.join(str(error).split()) or type(error).__name__})") from error
+        raise DamagedError(f"{path}: not {what}, or damaged ({' '.join(str(error).split()) or type(error).__name__})") from error

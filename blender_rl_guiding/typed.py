@@ -6,6 +6,7 @@ Standard library only: bundles are written by Blender's own Python (3.11 or newe
 import json
 import math
 import os
+import reprlib
 import stat
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -14,6 +15,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from .memory import available
 from .strings import printable
 
 
@@ -42,7 +44,8 @@ class Length:
 WHOLE = Range(-(2**63), 2**63 - 1)  # of whole numbers that have no limits of their own: what arrays can hold
 
 
-LARGEST = 1 << 28  # bytes of a file of JSON
+LARGEST = 1 << 26  # bytes of a file of JSON
+PARSED = 100  # bytes that Python may make of one: "[[],[]]" is the worst
 DEEPEST = 32  # lists and objects within each other, where anything may stand
 
 
@@ -55,8 +58,8 @@ def load(path: Path) -> Any:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise MalformedError("it is not a file")
         text = file.read(LARGEST + 1)
-    if len(text) > LARGEST:
-        raise MalformedError(f"it has more than {LARGEST} bytes")
+    if len(text) > LARGEST or PARSED * len(text) > available():
+        raise MalformedError(f"{len(text)} bytes are too many")
     return parse(text)
 
 
@@ -219,10 +222,13 @@ def _long(wanted: Length, value: Any, name: str) -> Any:
     return value
 
 
+_SHORT = reprlib.Repr(maxlevel=3, maxstring=60, maxlong=60, maxother=60)
+
+
 def shown(value: Any) -> str:
     """A value in a few words, whatever it is."""
     try:
-        text = ascii(value)
+        text = _SHORT.repr(value).encode("ascii", "backslashreplace").decode()
     except (ValueError, RecursionError):  # thousands of digits, or of lists within each other
         return f"a {type(value).__name__}"
     return text if len(text) <= 60 else f"{text[:57]}..."

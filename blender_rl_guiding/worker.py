@@ -240,7 +240,7 @@ def main() -> None:
             _do(job, events)
         except MalformedError as error:
             events.send("error", text=f"the renderer cannot take this job: {error}")
-        except (InputError, SettingsError, FloatingPointError) as error:
+        except (InputError, SettingsError, FloatingPointError, OSError) as error:
             events.send("error", text=printable(str(error)))
 
 

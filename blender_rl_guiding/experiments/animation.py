@@ -41,6 +41,8 @@ def animate(
         with progress.bar(f"opening {blend.name}", 1):
             source = exporter.source()
         due = [number for number in numbers if not _is_finished(folder, Frame(number, source), settings, progress)]
+        for number in set(numbers) - set(due):
+            in_folder(folder, Frame(number, source).suffix).remove()  # it was killed after its result was there
         _tell_kept(folder, numbers, due, progress)
         with progress.bar("", len(due)) as advance:
             began, lost = time.monotonic(), 0

@@ -77,15 +77,16 @@ def _block(
     own = "" if max_bounces < 0 else f"-{max_bounces}-bounces"
     kept, settings = folder("references", f"{scene.key[:24]}{own}"), _settings(max_bounces, block)
     path = kept / f"block-{block:04}.exr" if kept else None
-    if path and path.exists():
+    checkpoint = in_folder(path.parent, f"-{block:04}") if path else None
+    if path and checkpoint and path.exists():
         try:
             image, header = read_own(path)
             if not (doubt := _doubt(image, header, scene, settings, witness)):
+                checkpoint.remove()  # if it was killed after the image was there
                 return image
         except InputError as error:
             doubt = str(error)
         tell(f"{scene.name}: a part of the reference is rendered again: {doubt}")
-    checkpoint = in_folder(path.parent, f"-{block:04}") if path else None
     image = render(scene, settings, machine, on_pass, checkpoint=checkpoint).image
     if path and checkpoint:
         header = {"scene_key": scene.key, "settings": _described(settings), "program": program(), "witness": witness()}

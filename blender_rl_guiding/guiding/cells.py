@@ -18,6 +18,9 @@ def cell_size(scene: SceneData, cells: int) -> float:
     return max(float((high - low).max()), _LEAST) / cells
 
 
+MOST_STEPS = 1000  # from a key's place to where it is; 9 in a table of a million keys by chance
+
+
 class CellTable:
     """Grows as states are seen. Each cell stands for the mean of the states seen in it, so that it lies on the surface."""
 
@@ -66,7 +69,8 @@ class CellTable:
         while room < len(keys):
             room *= 2
         self.cells, self._sums = self._empty(2 * room), np.zeros((room, 7))
-        put_all(self.cells, keys)
+        if not put_all(self.cells, keys):
+            raise ValueError("the cells crowd in one place of their table")
         self._sums[: len(keys)], self.count = sums, len(keys)
 
     def _grow(self) -> None:
@@ -114,9 +118,26 @@ def put(cells, key, row):
 
 @kernel
 def put_all(cells, keys):
-    """Store keys, (n,) uint64, that differ and are not in the table; the row of each is its place."""
+    """Store keys, (n,) uint64, that differ and are not in the table; the row of each is its place.
+
+    False where one is further from its place than keys come to be by chance: whoever chose them wants to make looking up slow.
+    """
     for row in range(keys.shape[0]):
         put(cells, keys[row], np.int32(row))
+        if not is_near(cells, keys[row]):
+            return False
+    return True
+
+
+@part
+def is_near(cells, key):
+    """Whether a key is found within `MOST_STEPS`."""
+    mask = np.uint64(cells.keys.shape[0] - 1)
+    first = mix(key)
+    for step in range(MOST_STEPS):  # noqa: SIM110  # kernels have no generators
+        if cells.keys[(first + np.uint64(step)) & mask] == key:
+            return True
+    return False
 
 
 @kernel

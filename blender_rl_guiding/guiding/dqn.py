@@ -98,6 +98,8 @@ class DQNGuide:
         for name, tensor in self._tensors().items():
             tensor.copy_(torch.from_numpy(saved.array(name, np.float32, *tensor.shape)))
         self._steps = self._optimiser.steps = saved.whole("steps", 0, self._settings.max_steps)
+        if self._steps and not self._settings.first_steps:
+            raise ValueError(f"{self._steps} steps of training, where there is none")
         self._scale = float(saved.array("scale", np.float64))
         _restore(self._rng, saved)
         self.cells.restore(saved.below("cells"))

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,7 +20,7 @@ from .. import cache as caches
 from ..errors import InputError, atomic
 from ..guiding.saved import Saved, below, digest
 from ..notices import tell
-from ..npz import Archive, opened
+from ..npz import Archive, DamagedError, opened
 from ..scene.data import SceneData
 from ..schema import to_dict
 from ..settings import Machine, Render
@@ -46,6 +47,7 @@ class _Header:
 
     about: dict[str, Any]  # the render that it is of, by the names of `_OTHER`
     digests: dict[str, str]  # of each array
+    taken: Annotated[int, Range(1, 1 << 31)]
     seconds: Seconds
     learn_seconds: Seconds
     steps: Annotated[int, Range(0, 1 << 31)]
@@ -57,10 +59,12 @@ class _Header:
 class Checkpoint:
     """Where a render keeps its checkpoint, and when it writes the next one. Whoever saves the run removes it then."""
 
-    def __init__(self, path: Path, judged_by: str = "") -> None:
-        """`judged_by`: the key of the reference by which `on_pass` judges, if it does."""
+    def __init__(self, path: Path, judged_by: str = "", dispensable: bool = False) -> None:
+        """`judged_by`: the key of the reference by which `on_pass` judges, if it does. `dispensable`: whether to begin anew where the
+        file cannot be read at all, which may pass, rather than not at all.
+        """
         self.path, self.samples = path, 0  # samples a pixel that the file holds
-        self._judged_by = judged_by
+        self._judged_by, self._dispensable = judged_by, dispensable
         self._about: dict[str, Any] = {}
         self._every = self._due = float("inf")
         self._failed = False
@@ -68,12 +72,12 @@ class Checkpoint:
     def taken_up(self, scene: SceneData, settings: Render, machine: Machine, begun: Callable[[], Result]) -> Result | None:
         """Begin to keep a render's checkpoints; returns the render as far as the file has it, None where it has nothing of just this.
 
-        Whatever is there and cannot be gone on from is noted in a line. `begun` makes the render's beginning.
+        A line tells why a file that is there is of no use. InputError where it cannot be read. `begun` makes the render's beginning.
         """
         self._about = about(scene, settings) | {"judged_by": self._judged_by}
         self._every = machine.checkpoint or float("inf")
         self._due = time.perf_counter() + self._every
-        if not machine.checkpoint or not self.path.is_file():
+        if not machine.checkpoint or not os.path.isfile(self.path):
             return None
         try:
             with opened(self.path, "a checkpoint") as file:
@@ -84,9 +88,11 @@ class Checkpoint:
                         return None
                 result = _restored(header, file, begun(), settings)
         except InputError as error:
+            if not (self._dispensable or isinstance(error, DamagedError)):
+                raise InputError(f"{error}; --checkpoint 0 begins anew") from error
             tell(f"{error}: the render begins anew")
             return None
-        self.samples = result.film.samples
+        self.samples = result.taken
         tell(f"goes on from {self.path}, after {self.samples} of {settings.spp} samples")
         return result
 
@@ -100,7 +106,7 @@ class Checkpoint:
             return 0.0
         try:
             _write(self.path, self._about, result)
-            self.samples, self._failed = result.film.samples, False
+            self.samples, self._failed = result.taken, False
         except InputError as error:
             if not self._failed:
                 tell(f"{error}: the render goes on without a checkpoint")
@@ -131,7 +137,7 @@ def in_cache(scene: SceneData, settings: Render) -> Checkpoint | None:
             if k >= KEPT or written < time.time() - KEPT_DAYS * 86400:
                 path.unlink()
     made_of = {name: value for name, value in about(scene, settings).items() if name != "program"}
-    return Checkpoint(folder / f"{hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:24]}.npz")
+    return Checkpoint(folder / f"{hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:24]}.npz", dispensable=True)
 
 
 def about(scene: SceneData, settings: Render) -> dict[str, Any]:
@@ -157,6 +163,7 @@ def _write(path: Path, about: dict[str, Any], result: Result) -> None:
     header = _Header(
         about,
         {name: digest(array) for name, array in arrays.items()},
+        result.taken,
         result.seconds,
         result.learn_seconds,
         result.steps,
@@ -190,8 +197,13 @@ def _restored(header: _Header, file: Archive, result: Result, settings: Render) 
     result.curve = [*header.curve]
     if not result.curve or not all({"samples", "seconds"} <= entry.keys() for entry in result.curve):
         raise MalformedError("the curve has no passes, or some without samples or seconds")
-    if result.curve[-1]["samples"] != result.film.samples:
-        raise MalformedError(f"the curve ends at {result.curve[-1]['samples']} samples, the film at {result.film.samples}")
+    counts = result.film.counts
+    even = settings.noise or counts.min() == counts.max() == header.taken
+    if not (even and counts.max() <= header.taken == result.curve[-1]["samples"] < settings.spp):
+        raise MalformedError(
+            f"{header.taken} samples, but the curve has {result.curve[-1]['samples']} and pixels {counts.min()} to {counts.max()}"
+        )
+    result.taken = header.taken
     result.seconds, result.learn_seconds, result.steps = header.seconds, header.learn_seconds, header.steps
     result.rays, result.vertices_per_path = header.rays, header.vertices_per_path
     return result

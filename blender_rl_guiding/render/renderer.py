@@ -55,7 +55,7 @@ def render(
             on_pass(result)
     guide, film = result.guide, result.film
     pixels = np.arange(scene.camera.width * scene.camera.height)
-    for first, count in _rounds(settings, len(pixels), learning, film.samples):
+    for first, count in _rounds(settings, len(pixels), learning, result.taken):
         start = time.perf_counter() - result.seconds
         if settings.noise and first >= LEAST_SAMPLES:
             pixels = _noisy(film, settings.noise)
@@ -63,12 +63,14 @@ def render(
             break
         if checkpoint and first:
             start += checkpoint.offer(result)
-        transitions = tracer.trace(guide.directions(), film, pixels, first, count, guide.wanted())
+        wanted = guide.wanted() if learning else 0  # the tracer has no room for any
+        transitions = tracer.trace(guide.directions(), film, pixels, first, count, wanted)
+        result.taken = first + count
         result.rays, result.vertices_per_path = tracer.rays, tracer.vertices_per_path
         scalars = _learn(guide, transitions, result, start, on_step) if first + count < settings.spp else {}
         result.seconds = time.perf_counter() - start
         result.losses += scalars.pop("losses", [scalars["loss"]] if "loss" in scalars else [])
-        result.curve.append({"samples": film.samples, "seconds": result.seconds} | scalars)
+        result.curve.append({"samples": result.taken, "seconds": result.seconds} | scalars)
         if on_pass:
             on_pass(result)
     result.finished = True

@@ -14,6 +14,7 @@ class Result:
 
     film: Film
     guide: Guide  # as far as it has learnt
+    taken: int = 0  # samples of each pixel, but for those that were not noisy any more
     seconds: float = 0.0  # wall time of tracing and learning
     learn_seconds: float = 0.0
     steps: int = 0  # of training

@@ -84,7 +84,7 @@ def test_a_killed_comparison_goes_on_within_its_runs(rlg, bundle, tmp_path):
     assert list(out.rglob("checkpoint.npz")) == [out / "tiny" / "qtable" / "seed-0" / "checkpoint.npz"]
     again = rlg(*command[:-1], "--jobs", 2, "--out", out)
     assert [line for line in again.stderr.splitlines() if "goes on" in line] == [
-        f"tiny qtable seed 0: goes on from {out / 'tiny' / 'qtable' / 'seed-0' / 'checkpoint.npz'}, after 2 of 8 samples"
+        f"goes on from {out / 'tiny' / 'qtable' / 'seed-0' / 'checkpoint.npz'}, after 2 of 8 samples"
     ]
     assert made(out) == made(tmp_path / "whole")
     assert not list(out.rglob("checkpoint.npz"))

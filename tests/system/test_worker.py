@@ -212,9 +212,16 @@ def running(pid: int) -> bool:
         return False
 
 
-@pytest.mark.parametrize("job", ["render", "inspect", "compare"])
+WRITING = {
+    "render": {"settings": to_dict(SETTINGS)},
+    "inspect": {"settings": to_dict(SETTINGS)},
+    "compare": {"methods": {"bsdf": to_dict(SETTINGS)}, "seeds": [0], "reference": {"spp": 1}, "command": "a test"},
+}
+
+
+@pytest.mark.parametrize("job", WRITING)
 def test_a_folder_that_another_writes_to_is_told(job: str, worker: Worker, bundle: Path, tmp_path: Path):
     with writing(tmp_path / "out"):
-        worker.send(job, bundle=str(bundle), settings=to_dict(SETTINGS), out=str(tmp_path / "out"))
+        worker.send(job, bundle=str(bundle), out=str(tmp_path / "out"), **WRITING[job])
         with pytest.raises(InputError, match=rf"out is being written to by process {os.getpid()} on "):
             events(worker)

@@ -1,13 +1,17 @@
 """A render goes on from its checkpoint to the bits of an undisturbed one, whatever guides it; that of another render is told in a line."""
 
+import errno
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
+from typing import NoReturn, get_args
 
 import pytest
 
-from blender_rl_guiding.render import Checkpoint, Result, checkpoint, render
+from blender_rl_guiding import npz
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.render import Checkpoint, Result, checkpoint, render, renderer
+from blender_rl_guiding.scene.description import Lamp
 from blender_rl_guiding.schema import Settings, entries
 from blender_rl_guiding.settings import BSDF, Guide, Machine, QTable, Render
 from tests import scenes
@@ -62,6 +66,42 @@ def test_so_do_other_ways_to_sample(change, tmp_path):
             render(scene, settings, MACHINE, lambda state: killed_at(state, 100), checkpoint=Checkpoint(tmp_path / "x.npz"))
     again = render(scene, settings, MACHINE, judged, checkpoint=Checkpoint(tmp_path / "x.npz"))
     assert told(again) == told(whole)
+
+
+def test_so_does_a_noise_threshold_whose_noisy_pixels_wander(tmp_path):
+    """A pixel that joins late, as the neighbour of a firefly, may remain alone: then none has as many samples as were taken."""
+    above = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.5), (0.0, 0.0, 0.0, 1.0))
+    lamp = Lamp("lamp", "point", above, (1.0, 1.0, 1.0), radius=0.06)
+    tiny = renderer._tiny_scene()
+    scene = replace(tiny, camera=replace(tiny.camera, width=24, height=24), lamps=(lamp,))
+    settings, fewer = Render(spp=2000, noise=0.1, nee=False, seed=5), []
+
+    def wandering(state: Result) -> None:
+        judged(state)
+        fewer.append(state.film.samples < state.taken)
+        if sum(fewer) == 5:
+            raise Killed
+
+    whole = render(scene, settings, MACHINE, judged)
+    with pytest.raises(Killed):
+        render(scene, settings, MACHINE, wandering, checkpoint=Checkpoint(tmp_path / "x.npz"))
+    assert told(render(scene, settings, MACHINE, judged, checkpoint=Checkpoint(tmp_path / "x.npz"))) == told(whole)
+
+
+@pytest.mark.parametrize("reason", [OSError(errno.EACCES, "Permission denied"), MemoryError()])
+def test_one_that_cannot_be_read_now_is_not_given_up(reason, tmp_path, monkeypatch, notes):
+    scene, settings, path = scenes.tiny(8), SETTINGS["qtable"], tmp_path / "x.npz"
+    started(scene, settings, path)
+
+    def fail(*_: object) -> NoReturn:
+        raise reason
+
+    monkeypatch.setattr(npz, "_Sparing", fail)
+    with pytest.raises(InputError, match=r"; --checkpoint 0 begins anew$"):
+        render(scene, settings, MACHINE, checkpoint=Checkpoint(path))
+    assert not notes
+    assert render(scene, settings, MACHINE, checkpoint=Checkpoint(path, dispensable=True)).finished
+    assert len(notes) == 1
 
 
 def killed_at(state: Result, samples: int) -> None:

@@ -4,6 +4,7 @@ import os
 import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from blender_rl_guiding.bits import mix
 from blender_rl_guiding.guiding import make_guide
+from blender_rl_guiding.guiding.cells import MOST_STEPS
+from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.notices import heard_by
 from blender_rl_guiding.render import Checkpoint, Result, checkpoint, render
 from blender_rl_guiding.render.film import Film
@@ -198,6 +202,43 @@ def test_what_would_lead_a_kernel_astray_is_named(kind, name, value, reason, che
     assert notes == [f"{path}: not a checkpoint, or damaged ({reason}): the render begins anew"]
 
 
+def test_cells_that_crowd_in_one_place_are_refused(checkpoints, tmp_path):
+    """Looking for one takes as many steps as there are: with millions of them, a render would never end."""
+    keys = np.random.default_rng(1).integers(1 << 63, (1 << 64) - 1, 4_000_000, np.uint64)
+    keys = keys[mixed(keys) & np.uint64(4095) < 16][: MOST_STEPS + 1000]
+    path = tmp_path / "x.npz"
+    path.write_bytes(checkpoints["qtable"])
+    change(path, arrays={"guide.level-0.keys": keys, "guide.level-0.sums": np.ones((len(keys), 7))})
+    reason = "the cells crowd in one place of their table"
+    assert taken_up(path, "qtable")[1] == [f"{path}: not a checkpoint, or damaged ({reason}): the render begins anew"]
+
+
+def mixed(x: np.ndarray) -> np.ndarray:
+    """`bits.mix` of uint64."""
+    rows = np.empty_like(x)
+    _mix_all(x, rows)
+    return rows
+
+
+@kernel
+def _mix_all(x, rows):
+    """Mix each."""
+    for i in range(x.shape[0]):
+        rows[i] = mix(x[i])
+
+
+def test_a_guide_that_never_learns_has_no_steps_behind_it(tmp_path, monkeypatch):
+    """It would want transitions, for which the tracer has no room."""
+    monkeypatch.setattr(checkpoint, "SHARE", 0)
+    path, settings = tmp_path / "x.npz", replace(SETTINGS["dqn"], guide=replace(SETTINGS["dqn"].guide, first_steps=0))
+    monkeypatch.setitem(SETTINGS, "still", settings)
+    started(scenes.tiny(8), settings, path)
+    change(path, arrays={"guide.steps": np.array(1)})
+    assert taken_up(path, "still")[1] == [
+        f"{path}: not a checkpoint, or damaged (1 steps of training, where there is none): the render begins anew"
+    ]
+
+
 @pytest.mark.parametrize("level", [0, 1])
 def test_a_cell_in_no_larger_one_is_named(level, checkpoints, tmp_path):
     path = tmp_path / "x.npz"
@@ -210,7 +251,7 @@ def test_a_cell_in_no_larger_one_is_named(level, checkpoints, tmp_path):
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_a_crafted_header_is_a_line_or_harmless(kind, checkpoints, tmp_path):
     path, values = tmp_path / "x.npz", [None, -1, 0, 1, 1e300, 10**30, float("nan"), "", [], {}, [{}], [{"samples": 3}], True]
-    for name in ("about", "digests", "seconds", "learn_seconds", "steps", "rays", "vertices_per_path", "curve"):
+    for name in ("about", "digests", "taken", "seconds", "learn_seconds", "steps", "rays", "vertices_per_path", "curve"):
         for value in values:
             path.write_bytes(checkpoints[kind])
             change(path, header={name: value} if name != "digests" else {"digests": {"film.sum": value}})

@@ -35,8 +35,8 @@ def test_the_key_does_not_change_with_the_rest(package: Path):
 
 
 _READ = """
-from pathlib import Path
-import numba, numpy as np
+import numpy as np
+from blender_rl_guiding import kernels
 from blender_rl_guiding.kernels import kernel, part
 @part
 def read(array, i):
@@ -50,7 +50,7 @@ for index in (0, 3, 4, -1, 2**40):
         print("inside")
     except IndexError:
         print("outside")
-print(Path(numba.config.CACHE_DIR).name)
+print(kernels._FOLDER.name)
 """
 
 

@@ -42,12 +42,20 @@ def make(folder: Path, name: str, age: float = 0.0) -> Path:
 
 def test_what_the_dead_left_goes_and_what_the_living_have_stays(dead: int, tmp_path: Path):
     here = leftovers._computer()
-    gone = [f".image.rlg-{dead}-{here}.exr", f".noext.rlg-{dead}-{here}", f".rlg-{dead}-{here}-x1y2/", f"rlg-{dead}-{here}-x1y2/"]
-    kept = [f".image.rlg-{os.getpid()}-{here}.exr", f".rlg-{os.getpid()}-{here}-x/", f".image.rlg-1-{here}.exr", "image.exr"]
+    gone = [f".image.rlg-{dead}-{here}.exr", f".noext.rlg-{dead}-{here}", f".rlg-{dead}-{here}-x1y2z3_4/"]
+    kept = [f".image.rlg-{os.getpid()}-{here}.exr", f".rlg-{os.getpid()}-{here}-x1y2z3_4/", f".image.rlg-1-{here}.exr", "image.exr"]
     for name in gone + kept:
         make(tmp_path, name, age=1e9)
     sweep(tmp_path)
     assert names(tmp_path) == {name.rstrip("/") for name in kept}
+
+
+def test_folders_that_are_not_hidden_go_only_where_the_system_has_its_own(dead: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(leftovers.tempfile, "gettempdir", lambda: str(tmp_path))
+    make(tmp_path, f"rlg-{dead}-{leftovers._computer()}-x1y2z3_4/")
+    make(tmp_path, f"rlg-{dead}-{leftovers._computer()}/")
+    sweep(tmp_path)
+    assert names(tmp_path) == {f"rlg-{dead}-{leftovers._computer()}"}
 
 
 def test_who_has_ended_is_dead_though_nobody_has_asked(tmp_path: Path):
@@ -61,7 +69,7 @@ def test_who_has_ended_is_dead_though_nobody_has_asked(tmp_path: Path):
 @pytest.mark.parametrize(("days", "stays"), [(6, True), (8, False)])
 def test_what_is_of_another_computer_has_to_be_old(days: int, stays: bool, dead: int, tmp_path: Path):
     make(tmp_path, f".image.rlg-{dead}-{ELSEWHERE}.exr", days * 86400)
-    make(tmp_path, f"rlg-{os.getpid()}-{ELSEWHERE}-x/", days * 86400)
+    make(tmp_path, f".rlg-{os.getpid()}-{ELSEWHERE}-x1y2z3_4/", days * 86400)
     sweep(tmp_path)
     assert bool(names(tmp_path)) == stays
 
@@ -80,6 +88,12 @@ def test_what_is_of_another_computer_has_to_be_old(days: int, stays: bool, dead:
         ".image.rlg-{dead}.exr",
         ".image.RLG-{dead}-{here}.exr",
         ".image.rlg-{dead}-{here}.exr\n",
+        ".image.rlg-{dead}-{here}.exr/",
+        ".rlg-{dead}-{here}-x1y2z3_4",
+        "rlg-{dead}-{here}-x1y2z3_4/",
+        "rlg-20260101-1a2b3c4d.exr",
+        "rlg-4711-deadbeef/",
+        ".config.rlg-7-0badcafe/",
     ],
 )
 def test_other_names_are_left_alone(name: str, dead: int, tmp_path: Path):
@@ -94,13 +108,13 @@ def test_no_link_is_followed_and_none_removed(dead: int, tmp_path: Path):
     swept.mkdir()
     (there / "precious").touch()
     left = f"rlg-{dead}-{leftovers._computer()}"
-    (swept / f"{left}-x").symlink_to(there)
+    (swept / f".{left}-x1y2z3_4").symlink_to(there)
     (swept / f".image.{left}.exr").symlink_to(there / "precious")
-    folder = make(swept, f"{left}-y/")
+    folder = make(swept, f".{left}-y1y2z3_4/")
     (folder / "link").symlink_to(there)
     sweep(swept)
     assert (there / "precious").exists()
-    assert names(swept) == {f"{left}-x", f".image.{left}.exr"}
+    assert names(swept) == {f".{left}-x1y2z3_4", f".image.{left}.exr"}
 
 
 def test_folders_that_cannot_be_swept_are_none_of_its_business(tmp_path: Path):

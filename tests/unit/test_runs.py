@@ -1,5 +1,6 @@
 """A run is done only if its result.json is as it was written, and its images are those that were written with it."""
 
+import errno
 import json
 import os
 import shutil
@@ -137,6 +138,20 @@ def test_a_run_of_an_earlier_version_can_be_reported_but_is_not_done(folder: Pat
     assert result_file.read(path).spp == 2
     with pytest.raises(InputError, match=r"does not say what image\.exr has to be: it is of an earlier version"):
         finished_run(folder, SCENE, SETTINGS)
+
+
+def test_folders_that_do_not_sync_are_written_to_all_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    sync = os.fsync
+
+    def refuse(file: int) -> None:
+        if os.path.isdir(f"/dev/fd/{file}"):
+            raise OSError(errno.EINVAL, "Invalid argument")
+        sync(file)
+
+    monkeypatch.setattr(os, "fsync", refuse)
+    with atomic(tmp_path / "x.json") as part:
+        part.write_text("{}")
+    assert (tmp_path / "x.json").read_text() == "{}"
 
 
 @pytest.mark.parametrize("durable", [True, False])

@@ -111,7 +111,7 @@ def test_a_file_of_json_is_a_file_and_not_without_end(tmp_path, monkeypatch):
     path.write_text('{"a": [1]}')
     assert load(path) == {"a": [1]}
     monkeypatch.setattr(typed, "LARGEST", 9)
-    with pytest.raises(MalformedError, match="more than 9 bytes"):
+    with pytest.raises(MalformedError, match="10 bytes are too many"):
         load(path)
     with pytest.raises(MalformedError, match="not a file"):
         load(Path("/dev/zero"))
