@@ -5,14 +5,18 @@ add-on keeps things, too.
 """
 
 import os
+import shlex
+import shutil
 import stat
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import InputError
 from .notices import tell
+
+_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 def folder(kind: str, *below: str) -> Path | None:
@@ -26,10 +30,12 @@ def folder(kind: str, *below: str) -> Path | None:
         return None
     path = home.joinpath("blender_rl_guiding", kind, *below)
     try:
-        for place in reversed((path, *path.parents)):
-            if not place.exists():
-                place.mkdir(mode=0o700, exist_ok=True)
-        if fault := _fault(path, last=True):
+        _make(home)
+        if not (fault := _fault(home, last=False)):
+            _make_private(home / "blender_rl_guiding", path)
+            _make(path)
+            fault = _fault(path, last=True)
+        if fault:
             tell(f"{path} is not used: {fault}; XDG_CACHE_HOME can name another cache")
             return None
     except OSError as error:
@@ -40,6 +46,35 @@ def folder(kind: str, *below: str) -> Path | None:
     except OSError as error:
         _tell_lost(path, error)
     return path
+
+
+def _make(path: Path) -> None:
+    for place in reversed((path, *path.parents)):
+        if not place.exists():
+            place.mkdir(mode=0o700, exist_ok=True)
+
+
+def _make_private(own: Path, path: Path) -> None:
+    """Close our folders, from `own` to `path`, to others: earlier versions made them as open as the umask of who called them was.
+
+    Kernels that others may have put there are removed, as they would run. The rest is read as what anyone may have made.
+    """
+    if not hasattr(os, "getuid"):
+        return
+    for place in (place for place in reversed((path, *path.parents)) if place.is_relative_to(own) and place.exists()):
+        found = place.lstat()
+        if found.st_uid == os.getuid() and stat.S_ISDIR(found.st_mode) and found.st_mode & _OTHERS:
+            place.chmod(stat.S_IMODE(found.st_mode) & ~_OTHERS)
+            if place == own or place.is_relative_to(own / "kernels"):
+                _remove(own / "kernels")
+
+
+def _remove(path: Path) -> None:
+    """Moved away first: others may have put there what we cannot remove, and then none of it must be found."""
+    away = tempfile.mkdtemp(dir=path.parent)
+    with suppress(FileNotFoundError):
+        path.rename(Path(away, path.name))
+    shutil.rmtree(away, ignore_errors=True)
 
 
 @contextmanager
@@ -71,14 +106,21 @@ def _fault(path: Path, last: bool) -> str:
     """How others can write to a folder, or put another in its place; empty where they cannot. `last` is for the one that is written to."""
     if not hasattr(os, "getuid"):  # Windows, where a user's folders are the user's
         return ""
+    places = list(dict.fromkeys(_open_places(path, last)))
+    if foreign := [place for place in places if place.lstat().st_uid not in (os.getuid(), 0)]:
+        return f"{foreign[0]} belongs to another user"
+    if places:
+        return f"others can write to {places[0]} (if nobody has, `{shlex.join(['chmod', 'go-w', *map(str, places)])}` mends that)"
+    return ""
+
+
+def _open_places(path: Path, last: bool) -> Iterator[Path]:
+    """The folders, of those that a path leads through, that are another's or that others can write to."""
     for place in (path, *path.parents):
         found, own = place.lstat(), last and place == path
         if found.st_uid not in (os.getuid(), 0):
-            return f"{place} belongs to another user"
-        if stat.S_ISLNK(found.st_mode):
-            if fault := _fault(place.parent / os.readlink(place), own):
-                return fault
-        elif found.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and (own or not found.st_mode & stat.S_ISVTX):
-            # Elsewhere a sticky bit is enough, as that of /tmp: each removes only what is their own.
-            return f"others can write to {place} (if nobody has, `chmod go-w {place}` mends that)"
-    return ""
+            yield place
+        elif stat.S_ISLNK(found.st_mode):
+            yield from _open_places(place.parent / os.readlink(place), own)
+        elif found.st_mode & _OTHERS and (own or not found.st_mode & stat.S_ISVTX):
+            yield place  # elsewhere a sticky bit is enough, as that of /tmp: each removes only what is their own

@@ -5,6 +5,8 @@ from flip_evaluator import evaluate
 
 from .errors import InputError
 
+LARGEST = 1e30  # as large as an error or a radiance is told to be: `result_file` reads no larger ones, as they have to be summed up
+
 
 def mape_display(image: np.ndarray, reference: np.ndarray) -> float:
     """Mean of |i - r| / (r + 0.001) over pixels and channels, where i, r = sqrt(clip(I, 0, 1)), sqrt(clip(R, 0, 1)).
@@ -17,7 +19,7 @@ def mape_display(image: np.ndarray, reference: np.ndarray) -> float:
 
 def mape(image: np.ndarray, reference: np.ndarray) -> float:
     """Mean of |I - R| / (R + 0.01) over pixels and channels."""
-    return float(mape_map(image, reference).mean())
+    return _told(mape_map(image, reference))
 
 
 def mape_map(image: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -29,7 +31,12 @@ def mape_map(image: np.ndarray, reference: np.ndarray) -> np.ndarray:
 def relmse(image: np.ndarray, reference: np.ndarray) -> float:
     """Mean of (I - R)^2 / (R^2 + 0.01) over pixels and channels, no pixel left out."""
     i, r = image.astype(np.float64), reference.astype(np.float64)
-    return float(np.mean((i - r) ** 2 / (r**2 + 0.01)))
+    return _told((i - r) ** 2 / (r**2 + 0.01))
+
+
+def _told(errors: np.ndarray) -> float:
+    """Their mean; not below 0 either, where a reference that is given has pixels that are."""
+    return float(errors.mean().clip(0.0, LARGEST))
 
 
 def flip(image: np.ndarray, reference: np.ndarray) -> float:

@@ -10,6 +10,7 @@ from typing import IO, Annotated
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 _UNFIT = re.compile(rf'{_UNSEEN.pattern}|[/\\:*?"<>|]|^$')  # in the name of a file, on one system or another
 LONGEST = 150  # bytes of a name: file systems take 255, and the names of figures and temporary files are longer
+LONGEST_EVER = 255  # bytes of a name that a file system takes
 
 
 def printable(text: str) -> str:
@@ -37,4 +38,12 @@ def fit(name: str) -> str:
     return kept.decode(errors="ignore").strip(" .") or "_"
 
 
-Name = Annotated[str, fault_of_name]  # for `typed.read`
+def fault_of_old_name(name: str) -> str:
+    """Why nothing that is there, perhaps by an earlier version, can be called so; empty if it can: then it is shown, and leads nowhere."""
+    if _UNSEEN.search(name) or name in ("", ".", "..") or "/" in name or "\\" in name or len(name.encode()) > LONGEST_EVER:
+        return "cannot be the name of a file or folder"
+    return ""
+
+
+Name = Annotated[str, fault_of_name]  # for `typed.read`, of what will be written
+OldName = Annotated[str, fault_of_old_name]  # of what was

@@ -11,6 +11,7 @@ import stat
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
+from io import BufferedReader
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -54,13 +55,20 @@ _NUMBER = int | float
 
 def load(path: Path) -> Any:
     """What the JSON of a file says. OSError where it cannot be read, MalformedError where it is none."""
-    with open(path, "rb", opener=_without_waiting) as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise MalformedError("it is not a file")
+    with opened(path) as file:
         text = file.read(LARGEST + 1)
     if len(text) > LARGEST or PARSED * len(text) > available():
         raise MalformedError(f"{len(text)} bytes are too many")
     return parse(text)
+
+
+def opened(path: Path) -> BufferedReader:
+    """A file to read, whoever put it there. OSError where it cannot be opened, or is a pipe or a device: that has no end."""
+    file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115  # the caller's to close
+    if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        return file
+    file.close()
+    raise OSError("it is not a file")
 
 
 def _without_waiting(path: str, flags: int) -> int:

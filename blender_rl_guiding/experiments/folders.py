@@ -14,7 +14,7 @@ from .. import typed
 from ..errors import InputError, check_inside
 from ..images import read_exr
 from ..settings import recorded
-from ..strings import Name, fault_of_name
+from ..strings import OldName, fault_of_name
 from ..typed import Range
 from . import result_file
 from .results import MEASURES, Learnt, Results, Run, Truth
@@ -41,10 +41,10 @@ _Word = Annotated[str, _no_word]  # that names of figures have in them
 class _Plan:
     """experiment.json."""
 
-    scenes: tuple[Name, ...]
-    methods: tuple[Name, ...]
+    scenes: tuple[OldName, ...]
+    methods: tuple[OldName, ...]
     seeds: tuple[_Count, ...]
-    baseline: Name
+    baseline: OldName
     command: str
     name: str = ""
     reference: str = "as converged as it was asked for"

@@ -10,6 +10,7 @@ from ..errors import InputError
 from ..guiding.base import Guide
 from ..guiding.cells import CellTable
 from ..guiding.directions import UNKNOWN
+from ..metrics import LARGEST
 from ..render import render
 from ..scene.data import SceneData
 from ..scene.description import Camera, Film
@@ -123,5 +124,5 @@ def described(guide: Guide, point: Point | None) -> dict[str, Any] | None:
 
 
 def rounded(values: np.ndarray) -> list[float]:
-    """All values with five digits, as they stand in files."""
-    return [float(f"{value:.5g}") for value in values.ravel()]
+    """All values with five digits, and none beyond `LARGEST`, as they stand in files."""
+    return [float(f"{value:.5g}") for value in values.ravel().clip(-LARGEST, LARGEST)]

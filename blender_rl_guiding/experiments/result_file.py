@@ -4,7 +4,6 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from .. import typed
 from ..errors import InputError
 from ..typed import Range
 from . import sealed
@@ -58,15 +57,9 @@ class Record:
 
 def read(path: Path) -> Record:
     """What a result.json says. InputError where it cannot be read, is none, or is not as it was written."""
-    try:
-        values = typed.load(path)
-        record = typed.read(Record, values, "the result", loose=True)
-        if record.sha256 or record.images:  # which came together
-            sealed.check(values)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except typed.MalformedError as error:
-        raise InputError(f"{path}: not a result, or damaged ({error})") from error
+    record = sealed.load(Record, path, "a result")
+    if record.images and not record.sha256:  # which came together
+        raise InputError(f"{path}: not a result, or damaged (it is not as it was written)")
     if (learnt := record.probe) and len(learnt.q) != learnt.rows * learnt.columns:
         raise InputError(f"{path}: not a result, or damaged (q has {len(learnt.q)} values, not {learnt.rows} x {learnt.columns})")
     return record

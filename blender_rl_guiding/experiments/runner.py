@@ -14,13 +14,14 @@ from ..render.checkpoint import in_folder
 from ..scene.data import SceneData
 from ..settings import BSDF, Machine, Render
 from ..strings import fault_of_name
+from . import result_file
 from .forecast import Forecast
 from .pool import perform_all
 from .probe import Point, learns, pixel_of
 from .progress import Progress
 from .references import Given, read_given, reference
 from .result_file import Record
-from .runs import RENDERED, Judge, finished_run, judge_again
+from .runs import RENDERED, Judge, finished_run, judged_again
 from .tasks import Outcome, Pace, Task
 from .truth import kept
 
@@ -50,13 +51,12 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     places = [place for experiment in experiments for place in _places(experiment)]
     finished = {place.folder: record for place in places if (record := _finished(place, progress))}
     if len(finished) < len(places):
-        for experiment in experiments:
-            for scene in experiment.scenes:
-                forewarn(scene, list(experiment.methods.values()), machine, jobs)
-        _compile_kernels(experiments, machine, progress)
+        _prepare(experiments, machine, jobs, progress)
     due: list[Task] = []
     for experiment in experiments:
         due += _due(experiment, finished, machine, progress)
+    if due and len(finished) == len(places):  # an image turned out to be none of its scene
+        _prepare(experiments, machine, jobs, progress)
     return _perform(due, machine, jobs, progress)
 
 
@@ -113,11 +113,25 @@ def _due(experiment: Experiment, finished: Mapping[Path, Record], machine: Machi
         task = Task(folder, scene, judges[scene.name], method, settings, probes[scene.name])
         if record := finished.get(folder):
             in_folder(folder).remove()  # it was killed after its result was there
-            judge_again(folder, record, task.judge)
-            progress.note(f"{task.label}: done before")
-        else:
-            due.append(task)
+            try:
+                anew = judged_again(folder, record, task.judge)
+            except InputError as error:
+                progress.note(f"{task.label}: {error}; the run is made again")
+            else:
+                if anew != record:
+                    result_file.write(folder / "result.json", anew)
+                progress.note(f"{task.label}: done before")
+                continue
+        due.append(task)
     return due
+
+
+def _prepare(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress: Progress) -> None:
+    """What has to come before any run."""
+    for experiment in experiments:
+        for scene in experiment.scenes:
+            forewarn(scene, list(experiment.methods.values()), machine, jobs)
+    _compile_kernels(experiments, machine, progress)
 
 
 def _compile_kernels(experiments: Sequence[Experiment], machine: Machine, progress: Progress) -> None:
@@ -141,6 +155,8 @@ def _describe(experiment: Experiment) -> None:
         raise InputError(f"{experiment.given.path} cannot be the reference of {len(names)} scenes")
     for _, _, place, _ in _places(experiment):
         check_inside(experiment.folder, place)
+    for file in ("experiment.json", *(f"{name}/{file}" for name in names for file in ("reference.exr", "probe.json"))):
+        check_inside(experiment.folder, experiment.folder / file)
     for scene in experiment.scenes:
         pixel_of(scene, experiment.probe)
         if experiment.given:

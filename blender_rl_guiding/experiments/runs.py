@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import __version__
-from ..errors import InputError
+from .. import __version__, typed
+from ..errors import InputError, check_inside
 from ..images import read_exr, write_exr, write_layers, write_png
 from ..metrics import compare, mape_display, relmse
 from ..render import Result
@@ -100,30 +100,36 @@ def save_run(
     result_file.write(told, record)
 
 
+def _names(suffix: str) -> tuple[str, str, str]:
+    """Of the EXR files that a run may have."""
+    return f"image{suffix}.exr", f"passes{suffix}.exr", f"denoised{suffix}.exr"
+
+
 def _write_images(folder: Path, suffix: str, result: Result, settings: Render, header: dict[str, str]) -> list[Path]:
     """Returns the EXR files."""
     film, layers = result.film, result.film.layers()
+    image, passes, clean = (folder / name for name in _names(suffix))
     if not layers:
-        return [_write_image(folder / f"image{suffix}", result.image, header)]
-    combined = np.dstack([result.image, film.alpha()])
-    written = [_write_image(folder / f"image{suffix}", combined, header)]
+        _write_image(image, result.image, header)
+        return [image]
+    written, combined = [image], np.dstack([result.image, film.alpha()])
+    _write_image(image, combined, header)
     if settings.passes:
-        written.append(folder / f"passes{suffix}.exr")
-        write_layers(written[-1], {"Combined": combined} | layers, header)
+        written.append(passes)
+        write_layers(passes, {"Combined": combined} | layers, header)
     del combined, layers  # memory that the denoiser can use: a gigabyte at 3840 x 2160
     if settings.denoise:
         from ..render.denoise import denoised
 
-        written.append(_write_image(folder / f"denoised{suffix}", denoised(film), header))
+        written.append(clean)
+        _write_image(clean, denoised(film), header)
     return written
 
 
-def _write_image(name: Path, pixels: np.ndarray, header: dict[str, str]) -> Path:
-    """An image twice: its numbers, whose path it returns, and what an eye sees of it."""
-    path = name.with_name(f"{name.name}.exr")
+def _write_image(path: Path, pixels: np.ndarray, header: dict[str, str]) -> None:
+    """An image twice: its numbers, and what an eye sees of it."""
     write_exr(path, pixels, header)
-    write_png(name.with_name(f"{name.name}.png"), pixels)
-    return path
+    write_png(path.with_suffix(".png"), pixels)
 
 
 def finished_run(folder: Path, scene: SceneData, settings: Render) -> Record | None:
@@ -147,10 +153,12 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
     same = record.versions.get("blender_rl_guiding") == __version__ and recorded(record.settings) == to_dict(settings)
     if not (record.finished and same and all(getattr(record, name) == value for name, value in made_of.items())):
         return None
-    image = f"image{suffix}.exr"
-    if not record.sha256 or image not in record.images:
-        raise InputError(f"{path} does not say what {image} has to be: it is of an earlier version")
+    names = _names(suffix)
+    if not record.sha256 or names[0] not in record.images:
+        raise InputError(f"{path} does not say what {names[0]} has to be: it is of an earlier version")
     for name, digest in record.images.items():
+        if name not in names:  # whoever wrote the record may have sealed any path
+            raise InputError(f"{path} names {name!r}, which is no image of a run")
         if _sha256(folder / name) != digest:
             raise InputError(f"{folder / name} is not the image that {path.name} is of")
     return record
@@ -158,25 +166,25 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
 
 def _sha256(path: Path) -> str:
     """Of a file: far cheaper than of the pixels, which would have to be decompressed."""
+    check_inside(path.parent, path)
     try:
-        with path.open("rb") as file:
+        with typed.opened(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
 
 
-def judge_again(folder: Path, record: Record, judge: Judge) -> None:
-    """Bring a finished run's metrics up to date: the reference may have got better since, or be another.
+def judged_again(folder: Path, record: Record, judge: Judge) -> Record:
+    """A finished run with metrics that are up to date: the reference may have got better since, or be another.
 
+    InputError where its image is none, or no image of such a scene.
     Its curve's errors stay as they were judged by a lesser reference, but not by another: there is no image any more to judge.
     """
     curve, metrics = record.curve, compare(read_exr(folder / "image.exr")[0], judge.truth)
     if (record.judged_by or RENDERED) != judge.key:
         judged = {measure.__name__ for measure in ON_THE_WAY}
         curve = tuple({name: value for name, value in entry.items() if name not in judged} for entry in curve)
-    anew = replace(record, metrics=metrics, judged_by=judge.key, curve=curve)
-    if anew != record:
-        result_file.write(folder / "result.json", anew)
+    return replace(record, metrics=metrics, judged_by=judge.key, curve=curve)
 
 
 def versions() -> dict[str, str]:

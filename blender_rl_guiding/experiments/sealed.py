@@ -1,12 +1,12 @@
-"""JSON that says by itself whether it is as it was written: "sha256" is that of all the rest."""
+"""Files of JSON that say by themselves whether they are as they were written: "sha256" is that of all the rest."""
 
 import hashlib
 import json
 from pathlib import Path
 from typing import Any
 
-from ..errors import atomic
-from ..typed import MalformedError
+from .. import typed
+from ..errors import InputError, atomic
 
 _SEAL = "sha256"
 
@@ -17,14 +17,21 @@ def write(path: Path, values: dict[str, Any], indent: int | None = None) -> None
         part.write_text(json.dumps(values | {_SEAL: _digest(values)}, indent=indent), encoding="utf-8")
 
 
-def check(values: Any) -> None:
-    """MalformedError where what was read is not what was written."""
+def load[T](kind: type[T], path: Path, what: str) -> T:
+    """What a file says, `what` it should be, as the dataclass `kind`. One without a seal, if `kind` can be, is of an earlier version.
+
+    InputError where it cannot be read, is something else, or is not as it was written.
+    """
     try:
-        whole = isinstance(values, dict) and values.get(_SEAL) == _digest(values)
-    except RecursionError:  # nested too deeply to be any of ours
-        whole = False
-    if not whole:
-        raise MalformedError("it is not as it was written")
+        values = typed.load(path)
+        made = typed.read(kind, values, what.split()[-1], loose=True)
+        if _SEAL in values and values[_SEAL] != _digest(values):
+            raise typed.MalformedError("it is not as it was written")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (typed.MalformedError, RecursionError) as error:  # the latter in parts that `kind` does not have
+        raise InputError(f"{path}: not {what}, or damaged ({error})") from error
+    return made
 
 
 def _digest(values: dict[str, Any]) -> str:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import typed
 from ..errors import InputError
 from ..guiding.patches import hemisphere
 from ..notices import tell
@@ -99,9 +98,7 @@ def _read(path: Path) -> _File | None:
     if not path.exists():
         return None
     try:
-        values = typed.parse(path.read_bytes())
-        sealed.check(values)
-        return typed.read(_File, values, "the probe")
-    except (OSError, typed.MalformedError) as error:
-        tell(f"{path} is measured again: {error}")
+        return sealed.load(_File, path, "a probe")
+    except InputError as error:
+        tell(f"{error}; it is measured again")
         return None

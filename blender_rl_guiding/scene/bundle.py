@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError, atomic
 from ..npz import Archive, opened
+from ..strings import fit
 from ..typed import MalformedError, parse, read
 from .data import ARRAYS, SceneData, Texture
 from .description import Header
@@ -49,5 +50,5 @@ def _scene(values: dict[str, Any], file: Archive) -> SceneData:
             raise ValueError(f"texture_{k} is {texels.dtype}{texels.shape}")
         textures.append(Texture(image.name, image.srgb, texels, image.tile, image.rest))
     said: dict[str, Any] = {f.name: getattr(header, f.name) for f in fields(header)}
-    said.update(arrays, textures=tuple(textures))
+    said.update(arrays, textures=tuple(textures), name=fit(header.name))  # earlier versions took any name
     return SceneData(**said)

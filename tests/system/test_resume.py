@@ -1,6 +1,7 @@
 """An interrupted comparison keeps its finished runs, goes on from there, and ends in the same numbers."""
 
 import csv
+import hashlib
 import os
 import shutil
 from collections.abc import Callable
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blender_rl_guiding.experiments import figures
+from blender_rl_guiding.experiments import figures, result_file, runner
 from blender_rl_guiding.experiments.results import COLUMNS
 from blender_rl_guiding.images import write_exr
 from blender_rl_guiding.locks import writing
@@ -96,14 +97,24 @@ DAMAGE: dict[str, Callable[[Path], object]] = {
     "seed-1": lambda run: (run / "result.json").write_text('{"versions": null}'),
     "seed-2": lambda run: (run / "image.exr").unlink(),
     "seed-3": lambda run: write_exr(run / "image.exr", np.ones((3, 3, 3), np.float32), {}),
-    "seed-4": lambda run: shutil.copy(run.parent / "seed-5" / "image.exr", run / "image.exr"),
+    "seed-4": lambda run: shutil.copy(run.parent / "seed-7" / "image.exr", run / "image.exr"),
+    "seed-5": lambda run: give(run, np.ones((7, 9, 3), np.float32)),
+    "seed-6": lambda run: (run / "image.exr").unlink() or os.mkfifo(run / "image.exr"),
 }
+
+
+def give(run: Path, image: np.ndarray) -> None:
+    """Another image, with a record that says it is the one."""
+    write_exr(run / "image.exr", image, {})
+    digest = hashlib.sha256((run / "image.exr").read_bytes()).hexdigest()
+    record = result_file.read(run / "result.json")
+    result_file.write(run / "result.json", replace(record, images=record.images | {"image.exr": digest}))
 
 
 def test_what_is_damaged_is_done_again_and_told(rlg, bundle, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "write", lambda results: None)  # they take longer than all the rest
     out = tmp_path / "out"
-    command = ["compare", bundle, "--methods", "qtable", "--seeds", 6, "--spp", 2, "--reference-spp", 128, "--out", out]
+    command = ["compare", bundle, "--methods", "qtable", "--seeds", 8, "--spp", 2, "--reference-spp", 128, "--out", out]
     assert rlg(*command).returncode == 0
     right = table(out)
     for seed, damage in DAMAGE.items():
@@ -119,6 +130,39 @@ def test_what_is_damaged_is_done_again_and_told(rlg, bundle, tmp_path, monkeypat
     assert again.stderr.count("done before") == 1
     assert table(out) == right
     assert "again" not in rlg(*command).stderr
+
+
+@pytest.mark.parametrize("image", [np.ones((7, 9, 3), np.float32), np.full((12, 12, 3), np.nan, np.float32)], ids=["size", "nan"])
+def test_a_run_whose_image_cannot_be_judged_is_done_again_once(image, rlg, bundle, tmp_path, monkeypatch):
+    """Though its record is in order; and nothing is timed before all is compiled."""
+    monkeypatch.setattr(figures, "write", lambda results: None)
+    prepared: list[int] = []
+    compile_kernels = runner._compile_kernels
+    monkeypatch.setattr(runner, "_compile_kernels", lambda *args: prepared.append(1) or compile_kernels(*args))
+    command = ["compare", bundle, "--methods", "bsdf", "--spp", 2, "--reference-spp", 128, "--out", tmp_path / "out"]
+    assert rlg(*command).returncode == 0
+    right = table(tmp_path / "out")
+    give(tmp_path / "out" / "tiny" / "bsdf" / "seed-0", image)
+    again = rlg(*command)
+    assert again.returncode == 0
+    assert "the run is made again" in again.stderr
+    assert "done before" not in again.stderr
+    assert len(prepared) == 2
+    assert table(tmp_path / "out") == right
+    assert "done before" in rlg(*command).stderr
+
+
+ENDLESS = ("experiment.json", "tiny/reference.exr", "tiny/probe.json")
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_no_file_of_a_comparison_leads_out_of_its_folder(name, rlg, bundle, tmp_path):
+    path, command = tmp_path / "out" / name, ["compare", bundle, "--methods", "qtable", "--out", tmp_path / "out"]
+    path.parent.mkdir(parents=True)
+    path.symlink_to("/dev/zero")
+    refused = rlg(*command)
+    assert refused.returncode == 2
+    assert refused.stderr == f"rlg: {path} leads out of {tmp_path / 'out'}, by a link\n"
 
 
 WRITERS: dict[str, list[object]] = {

@@ -2,7 +2,9 @@
 
 import errno
 import os
+import shutil
 import stat
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -52,8 +54,9 @@ OPENINGS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("opening", OPENINGS)
-@pytest.mark.parametrize("place", [".", "..", "../..", "../../.."])
+@pytest.mark.parametrize(
+    ("opening", "place"), [*((opening, "../../..") for opening in OPENINGS), *(("of another", place) for place in (".", "..", "../.."))]
+)
 def test_a_folder_that_others_can_write_to_is_not_used(kind: str, opening: str, place: str, home: Path, told: list[str]):
     folder = cache.folder(kind)
     assert folder
@@ -72,13 +75,57 @@ def test_a_folder_that_others_can_write_to_is_not_used(kind: str, opening: str, 
         assert cache.folder(kind) == folder
 
 
-def test_a_sticky_folder_above_is_as_good_as_ones_own_but_not_the_folder_itself(home: Path, told: list[str]):
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("mode", [0o775, 0o770, 0o757, 0o1777])
+@pytest.mark.parametrize("open_ones", [[".", "..", "../.."], ["."], [".."], ["../.."]])
+def test_what_is_ours_is_closed_and_code_that_was_open_to_others_removed(
+    kind: str, mode: int, open_ones: list[str], home: Path, told: list[str]
+):
+    """As an earlier version left it where groups can write by default."""
+    kernel, folder = cache.folder("kernels", "below"), cache.folder(kind, "below")
+    assert kernel
+    assert folder
+    for place in {kernel, folder}:
+        (place / "kept").touch()
+    for place in open_ones:
+        (folder / place).resolve().chmod(mode)
+    assert cache.folder(kind, "below") == folder
+    assert (kernel / "kept").exists() == (kind != "kernels" and "../.." not in open_ones)
+    assert (folder / "kept").exists() == (kind != "kernels")
+    for place in (folder, folder.parent, folder.parents[1]):
+        assert not place.stat().st_mode & 0o022
+    assert {path.name for path in (home / "blender_rl_guiding").iterdir()} <= set(KINDS)
+    assert told == []
+    (folder / "kept").touch()
+    assert cache.folder(kind, "below") == folder
+    assert (folder / "kept").exists()  # once is enough
+
+
+def test_code_that_cannot_be_removed_is_not_found_either(home: Path, told: list[str], monkeypatch: pytest.MonkeyPatch):
+    folder = cache.folder("kernels", "below")
+    assert folder
+    (folder / "forged").touch()
+    folder.parent.chmod(0o775)
+    monkeypatch.setattr(shutil, "rmtree", lambda *args, **options: None)
+    assert cache.folder("kernels", "below") == folder
+    assert not list(folder.iterdir())
+
+
+def test_one_command_closes_all_folders_above(home: Path, told: list[str]):
+    home.mkdir(parents=True)
+    for place in (home, home.parent):
+        place.chmod(0o775)
+    assert cache.folder("skies") is None
+    (line,) = told
+    assert f"`chmod go-w {home} {home.parent}` mends that" in line
+    subprocess.run(line.split("`")[1], shell=True, check=True)
+    assert cache.folder("skies")
+
+
+def test_a_sticky_folder_above_is_as_good_as_ones_own(home: Path, told: list[str]):
     home.parent.mkdir()
     home.parent.chmod(0o1777)
-    folder = cache.folder("skies")
-    assert folder
-    folder.chmod(0o1777)
-    assert cache.folder("skies") is None
+    assert cache.folder("skies")
 
 
 @pytest.mark.parametrize("mode", [0o755, 0o777, 0o1777])

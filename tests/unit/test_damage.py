@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import shutil
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.experiments import figures, results
+from blender_rl_guiding.experiments import figures, result_file, results
 from blender_rl_guiding.experiments.folders import load
 from blender_rl_guiding.experiments.report import write
 from blender_rl_guiding.images import write_exr
@@ -99,8 +100,8 @@ def test_an_image_of_another_run_is_not_shown(made: Path):
     first, second = (made / "c1" / "bsdf" / f"seed-{seed}" for seed in (0, 1))
     for place in (first, second):
         digest = hashlib.sha256((place / "image.exr").read_bytes()).hexdigest()
-        values = json.loads((place / "result.json").read_text()) | {"images": {"image.exr": digest}}
-        (place / "result.json").write_text(json.dumps(values))
+        path = place / "result.json"
+        result_file.write(path, replace(result_file.read(path), images={"image.exr": digest}))
     assert not load(made).damaged
     shutil.copy(second / "image.exr", first / "image.exr")
     found = load(made)

@@ -43,7 +43,6 @@ OUTSIDE = {
     "a camera beyond it": lambda s: camera(s, to_world=placed(1e19)),
     "a lamp beyond it": lambda s: lamp(s, to_world=placed(-1e19)),
     "a window that is wider than any number": lambda s: camera(s, window=(-3e38, 3e38, -1.0, 1.0)),
-    "a name that moves the cursor": lambda s: {"name": "a\x1b[2Jb"},
     "half of a character": lambda s: {"name": "a\ud800"},
     "bounces without end": lambda s: {"bounces": replace(s.bounces, transparent=10**30)},
     "more blades than anybody has": lambda s: camera(s, blades=10**30),

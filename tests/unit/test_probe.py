@@ -1,6 +1,7 @@
 """What a pixel sees, what arrives there, and what a guide has learnt of it; the picture of a table's states."""
 
 import json
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -166,6 +167,26 @@ def test_a_damaged_truth_is_measured_again_and_told(tmp_path, monkeypatch):
     for pixel in (ON_FLOOR, LAMP):
         with pytest.raises(InputError, match=r"probe\.json"):
             truth.kept(path, scene, pixel, -1, MACHINE)
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder of others", "deep"])
+def test_what_stands_for_a_truth_is_neither_waited_for_nor_read_without_end(kind, tmp_path, monkeypatch):
+    scene, path, told = room(), tmp_path / "probe.json", []
+    monkeypatch.setattr(truth, "arriving", lambda *args: np.ones((truth.ROWS, truth.COLUMNS), np.float32))
+    monkeypatch.setattr(truth, "tell", told.append)
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "deep":
+        path.write_text("[" * 100_000)
+    else:
+        path.symlink_to("/dev/zero" if kind == "device" else "/proc/self/mem")
+    assert truth.kept(path, scene, ON_FLOOR, -1, MACHINE)
+    assert path.is_file()
+    assert not path.is_symlink()
+    (line,) = told
+    assert line.endswith("it is measured again")
+    assert truth.kept(path, scene, ON_FLOOR, -1, MACHINE)
+    assert len(told) == 1
 
 
 def test_every_cell_has_a_colour_of_its_own():

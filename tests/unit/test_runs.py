@@ -12,8 +12,10 @@ import pytest
 
 from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.experiments import result_file
+from blender_rl_guiding.experiments.probe import rounded
 from blender_rl_guiding.experiments.runs import Frame, finished_frame, finished_run, save_run
 from blender_rl_guiding.images import write_exr
+from blender_rl_guiding.metrics import LARGEST, compare, relmse
 from blender_rl_guiding.render import Result, render
 from blender_rl_guiding.settings import Machine, QTable, Render
 from tests import scenes
@@ -114,6 +116,76 @@ def test_an_image_that_is_not_the_one_is_refused(name: str, folder: Path):
     assert_refused()
     path.mkdir()
     assert_refused()
+
+
+@pytest.mark.parametrize("deep", [900, 9990])
+def test_what_a_record_does_not_have_may_be_as_deep_as_it_likes(deep: int, folder: Path):
+    path = folder / "result.json"
+    path.write_text(path.read_text().rstrip().removesuffix("}") + ', "new": ' + "[" * deep + "]" * deep + "}")
+    with pytest.raises(InputError, match=r"not as it was written|recursion"):
+        result_file.read(path)
+
+
+ENDLESS = {
+    "/dev/zero": lambda folder: None,
+    "../other.exr": lambda folder: write_exr(folder.parent / "other.exr", np.ones((8, 8, 3), np.float32), {}),
+    "a/../image.exr": lambda folder: (folder / "a").mkdir(),
+    "pipe": lambda folder: os.mkfifo(folder / "pipe"),
+    "image.png": lambda folder: None,
+    "": lambda folder: None,
+    ".": lambda folder: None,
+    "a\0": lambda folder: None,
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS, ids=ascii)
+def test_only_images_of_a_run_are_read(name: str, folder: Path):
+    """Anyone can seal a record: what it names may have no end."""
+    ENDLESS[name](folder)
+    for path, done in (
+        (folder / "result.json", lambda: finished_run(folder, SCENE, SETTINGS)),
+        (folder / "result-0003.json", lambda: finished_frame(folder, FRAME, SETTINGS)),
+    ):
+        record = result_file.read(path)
+        result_file.write(path, replace(record, images=record.images | {name: "0" * 64}))
+        with pytest.raises(InputError, match="which is no image of a run"):
+            done()
+
+
+OTHERS = {
+    "a pipe": (lambda path: os.mkfifo(path), "it is not a file"),
+    "a device": (lambda path: path.symlink_to("/dev/zero"), "leads out of"),
+    "the image, elsewhere": (lambda path: path.symlink_to(shutil.move(path.with_name("was"), path.parent.parent)), "leads out of"),
+    "itself": (lambda path: path.symlink_to(path.name), "cannot read"),
+}
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_what_stands_for_an_image_is_neither_waited_for_nor_followed_out(what: str, folder: Path):
+    path, (make, fault) = folder / "image.exr", OTHERS[what]
+    path.rename(path.with_name("was"))
+    make(path)
+    with pytest.raises(InputError, match=rf"image\.exr.*{fault}|{fault}.*image\.exr"):
+        finished_run(folder, SCENE, SETTINGS)
+
+
+FIREFLIES = (1e10, 1e16, 1e30, 3e38)
+
+
+@pytest.mark.parametrize("value", FIREFLIES)
+def test_whatever_is_written_of_a_firefly_is_read_again(value: float, folder: Path, result: Result):
+    truth = np.full((8, 8, 3), 0.5, np.float32)
+    image = truth.copy()
+    image[2, 3] = value
+    learnt = PROBE | {"q": rounded(np.float32([value, -value, 0, 1]))}
+    measured = compare(image, truth)
+    result.curve[-1] |= {"relmse": relmse(image, truth)}
+    save_run(folder, SCENE, "qtable", SETTINGS, Machine(), result, measured, learnt, "judge")
+    record = finished_run(folder, SCENE, SETTINGS)
+    assert record
+    assert record.metrics == measured
+    assert max(*measured.values(), record.curve[-1]["relmse"]) <= LARGEST
+    assert all(np.isfinite(list(measured.values())))
 
 
 def test_numbers_that_were_changed_by_hand_are_refused(folder: Path):

@@ -216,9 +216,6 @@ FAULTS = {
     "texture 'light' has inf at (1, 4, 3)": lambda s: texture(s, (1, 4, 3), np.inf),
     "texture 'light' has nan at (0, 0, 0)": lambda s: texture(s, (0, 0, 0), np.nan),
     "triangle 6 is degenerate": lambda s: {"triangles": changed(s.triangles, (6, 1), s.triangles[6, 0])},
-    "the name 'a/b'": lambda s: {"name": "a/b"},
-    "the name ''": lambda s: {"name": ""},
-    "the name '..'": lambda s: {"name": ".."},
     "camera.kind is 'fisheye'": lambda s: camera(s, kind="fisheye"),
     "film.filter is 'mitchell'": lambda s: {"film": Film("mitchell")},
     "camera.to_world[0] has 2 values, not 4": lambda s: camera(s, to_world=FLAT),
@@ -260,6 +257,21 @@ def test_faults_are_found_and_named(scene, tmp_path, fault):
     assert "\n" not in text
     save(bad, tmp_path / "bad.npz")
     assert text in refusal(tmp_path / "bad.npz")
+
+
+OLD_NAMES = {
+    "kitchen: night": "kitchen_ night", "a?b": "a_b", ".hidden": "hidden", "scene.": "scene", " a": "a", "é" * 100: "é" * 75, "": "_",
+    "a/b": "a_b", "..": "_", "../../x": "_.._x", "a\\b": "a_b", "a\x1b[2Jb": "a_[2Jb",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OLD_NAMES, ids=ascii)
+def test_a_bundle_of_an_earlier_version_loads_under_a_name_that_fits(scene, tmp_path, name):
+    old = replace(scene, name=name)
+    assert f"the name {name!r} " in find_fault(old)  # nobody writes it any more
+    save(old, tmp_path / "old.npz")
+    found = load(tmp_path / "old.npz")
+    assert (found.name, found.key) == (OLD_NAMES[name], scene.key)
 
 
 def test_faults_far_into_an_array_are_found(scene):

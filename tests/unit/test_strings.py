@@ -7,7 +7,7 @@ import pytest
 
 from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.experiments.progress import Terminal
-from blender_rl_guiding.strings import LONGEST, fault_of_name, fit, printable, say
+from blender_rl_guiding.strings import LONGEST, fault_of_name, fault_of_old_name, fit, printable, say
 
 BAD = [
     "", ".", "..", " ", "a.", " a", "a ", ".a", "a/b", "../a", "/a", "a\\b", "a:b", "a*", "a?", 'a"', "a<b", "a>b", "a|b",
@@ -20,6 +20,17 @@ GOOD = ["a", "a b", "a.b", "_", "-a", "=1+1", "[red]", "{{body}}", "$x^2$", "é"
 def test_what_cannot_be_the_name_of_a_file(name: str):
     assert fault_of_name(name)
     assert not fault_of_name(fit(name))
+
+
+LEADING_OUT = {
+    "", ".", "..", "a/b", "../a", "/a", "a\\b", "é" * LONGEST,
+    "a\0", "a\nb", "a\tb", "\x1b[31m", "\x7f", "\x9b1m", "\u202ea", "\u2028", "\ud800",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*BAD, *GOOD, "kitchen: night", "scene.", ".hidden", "a" * 255, "a" * 256], ids=ascii)
+def test_of_names_from_before_only_those_are_refused_that_lead_out_or_cannot_be_shown(name: str):
+    assert bool(fault_of_old_name(name)) == (name in LEADING_OUT or len(name) > 255)
 
 
 def test_what_is_written_goes_through_no_link(tmp_path: Path):

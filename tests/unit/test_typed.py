@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -113,8 +114,10 @@ def test_a_file_of_json_is_a_file_and_not_without_end(tmp_path, monkeypatch):
     monkeypatch.setattr(typed, "LARGEST", 9)
     with pytest.raises(MalformedError, match="10 bytes are too many"):
         load(path)
-    with pytest.raises(MalformedError, match="not a file"):
-        load(Path("/dev/zero"))
+    os.mkfifo(tmp_path / "pipe")
+    for endless in (Path("/dev/zero"), tmp_path / "pipe"):
+        with pytest.raises(OSError, match="not a file"):
+            load(endless)
     with pytest.raises(OSError, match="directory"):
         load(tmp_path)
 
