@@ -29,7 +29,6 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, View
-from blender_rl_guiding.strings import printable
 
 
 @read_names()
@@ -81,7 +80,7 @@ def main(arguments: list[str]) -> int:
     try:
         outcome = _export_frames(options, wanted) if options.frames else _export(options)
     except InputError as error:
-        outcome = {"error": printable(str(error))}
+        outcome = {"error": str(error)}
     finally:
         addon.unregister()
     _tell(outcome)
