@@ -64,7 +64,8 @@ def telling(tmp_path: Path) -> Path:
     """A renderer that tells something, waits for a sign, and dies."""
     told = [{"event": "ready", "version": __version__}, *({"event": "note", "text": note} for note in NOTES)]
     lines = "\n".join(map(json.dumps, told))
-    script = f"#!/bin/sh\ncat <<'END'\n{lines}\nEND\nwhile [ ! -e {tmp_path}/go ]; do sleep 0.02; done\nkill -9 $$\n"
+    wait = f"n=0; while [ ! -e {tmp_path}/go -a $n -lt 1500 ]; do sleep 0.02; n=$((n+1)); done"
+    script = f"#!/bin/sh\ncat <<'END'\n{lines}\nEND\n{wait}\nkill -9 $$\n"
     (tmp_path / "python").write_text(script)
     (tmp_path / "python").chmod(0o755)
     return tmp_path / "python"
