@@ -9,12 +9,15 @@ import bpy
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Loss
+from blender_rl_guiding.strings import fit
 
 from .engine import Exporter
 from .export.coverage import of_scene
+from .export.text import read_names
 from .neutral import first_layer, neutral
 
 
+@read_names()
 def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
     """The scene as a render of it would export it, by its first view layer that renders or the named one.
 
@@ -37,12 +40,15 @@ def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
 def _renamed(data: SceneData, copy: str, name: str) -> SceneData:
     """The scene under its own name instead of its copy's."""
     losses = (Loss(*(text.replace(copy, name) for text in (loss.object, loss.where, loss.detail))) for loss in data.coverage)
-    return replace(data, name=data.name.replace(copy, name), coverage=tuple(losses))
+    return replace(data, name=fit(data.name.replace(copy, name)), coverage=tuple(losses))
 
 
 @contextmanager
 def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable[[], SceneData]]:
-    """Yields what exports a scene as it is then, by its first view layer that renders or the named one; its settings become neutral."""
+    """Yields a function that exports the scene as it is at each call, by its first view layer that renders or the named one.
+
+    The scene's settings become neutral.
+    """
     outcome: list[SceneData] = []
 
     class Capture(Exporter):
@@ -56,6 +62,8 @@ def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable
 
     def exported() -> SceneData:
         outcome.clear()
+        neutral(scene)  # each time: the settings may be animated, too
+        scene.render.engine = Capture.bl_idname
         render(scene, layer)
         if not outcome:
             raise InputError(f"Blender has not rendered scene '{scene.name}'")
@@ -65,10 +73,8 @@ def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable
     if not layer:
         raise InputError(f"scene '{scene.name}' has no view layer that renders (Properties > View Layer > Use for Rendering)")
     own = tuple(of_scene(scene, scene.view_layers[layer]))  # told before it is not to be seen any more
-    neutral(scene)
     bpy.utils.register_class(Capture)
     try:
-        scene.render.engine = Capture.bl_idname
         yield exported
     finally:
         bpy.utils.unregister_class(Capture)  # at once: it is not for the user's menu, and Blender 4.5 would hang at exit

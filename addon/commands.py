@@ -114,20 +114,20 @@ def _reference(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _work(data: SceneData, job: str, values: dict[str, Any], cycles: Cycles | None = None) -> dict[str, Any]:
-    """Have the worker do a job, with a line on stderr for each thing that it begins; returns what it tells in the end."""
+    """Have the worker do a job, with a line on stderr for each thing that it begins or notes; returns what it tells in the end."""
     outcome: dict[str, Any] = {}
     told = ""
 
     def tell(status: running.Status) -> None:
         nonlocal told
+        if status.note:
+            say(status.note, sys.stderr)
         if status.text != told and not status.text.startswith("Sample "):
             say(status.text, sys.stderr)
             told = status.text
 
     steps = working(environment.python(), data, job, values, PATIENCE, cycles)
     running.complete(job, steps, lambda done: outcome.update(done) or "", tell)
-    for note in outcome["notes"]:
-        say(note, sys.stderr)
     return outcome
 
 

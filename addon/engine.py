@@ -19,6 +19,7 @@ from .export.coverage import in_blender
 from .export.motion import FrameSet
 from .export.scene import export
 from .export.stop import Stop, Stopped
+from .export.text import read_names
 from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
@@ -43,7 +44,8 @@ class Exporter(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         try:
-            self.work(depsgraph)
+            with read_names():
+                self.work(depsgraph)
         except (InputError, OSError) as error:  # OSError: the temporary folder
             self.report({"ERROR"}, str(error))  # unlike error_set, this fails the operator, too
         except Stopped:

@@ -4,14 +4,15 @@ Nothing is ever installed from here: whatever is missing is named, with the comm
 """
 
 import re
-import subprocess
+import tempfile
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import bpy
 
 from blender_rl_guiding import __version__
+from blender_rl_guiding.children import Child, running
 from blender_rl_guiding.environment import PACKAGE, Part, find
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.typed import MalformedError, parse, read
@@ -55,56 +56,52 @@ class Check:
 
     def __init__(self) -> None:
         self._parts: list[Part] = []
-        self._child: subprocess.Popen[str] | None = None
-        self._end = time.monotonic() + PATIENCE
+        self._child: Child | None = None
+        self._end, self._ends = time.monotonic() + PATIENCE, ExitStack()
         try:
             self._python = python()
-            self._child = _start(self._python)
         except InputError as error:
             self._parts = [Part("Environment", "", str(error), SETUP)]
+            return
+        file = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115  # as long as the child
+        self._said = self._ends.enter_context(file)
+        # Isolated: neither the folder Blender was started in nor variables meant for another Python may change what is imported.
+        command = [str(self._python), "-I", "-m", f"{PACKAGE}.environment", __version__]
+        try:
+            self._child = self._ends.enter_context(running(command, self._said.fileno()))
+        except InputError as error:
+            self._parts = [Part("Environment", "", f"{error}; {CHOOSE}", SETUP)]
+            self._ends.close()
 
     def done(self) -> bool:
         """Whether `parts` would not have to wait."""
-        return self._child is None or self._child.poll() is not None or time.monotonic() > self._end
+        return self._child is None or self._child.ended(0.0) or time.monotonic() > self._end
 
     def parts(self) -> list[Part]:
         """What the environment has; waits for it, at most until `PATIENCE` seconds after the start."""
         if self._child:
-            self._parts = _read(self._child, self._python, max(0.0, self._end - time.monotonic()))
-            self._child = None
+            if not self._child.ended(max(0.0, self._end - time.monotonic())):
+                self._child.process.kill()
+                self._child.ended()
+            self._said.seek(0)
+            self._parts = _read(self._said.read(), self._child.complaints(), self._child.process.returncode, self._python)
+            self.stop()
         return self._parts
 
     def stop(self) -> None:
         """End it, whatever it was doing."""
-        if self._child:
-            self._child.kill()
-            self._child.communicate()
-            self._child = None
+        self._ends.close()
+        self._child = None
 
 
-def _start(python: Path) -> "subprocess.Popen[str]":
-    # Isolated: neither the folder Blender was started in nor variables meant for another Python may change what is imported.
-    command = [str(python), "-I", "-m", f"{PACKAGE}.environment", __version__]
-    pipe = subprocess.PIPE
-    try:
-        return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(f"cannot run {python}: {error.strerror or error}; {CHOOSE}") from error
-
-
-def _read(child: "subprocess.Popen[str]", python: Path, timeout: float) -> list[Part]:
-    """The parts that the child names, or one that says how it failed; it is ended if it has not by then."""
-    try:
-        said, complained = child.communicate(timeout=timeout)
-    except subprocess.TimeoutExpired:
-        child.kill()
-        said, complained = child.communicate()
+def _read(said: str, complained: str, status: int, python: Path) -> list[Part]:
+    """The parts that the child names, or one that says how it failed."""
     for line in said.splitlines():
         if line.startswith("[{"):
             # An environment of another version may know other fields; it must still be able to say so.
             with suppress(MalformedError):
                 return list(read(tuple[Part, ...], parse(line), "the environment", loose=True))
-    last = (complained.strip() or "it said nothing").splitlines()[-1]
+    last = (complained or "it said nothing").splitlines()[-1]
     if found := re.fullmatch(r"loading (\S+) (\S+)", last):
-        return [Part(found[1], found[2], f"ends Python with status {child.returncode} when it is loaded", f"{SETUP} {found[1]}")]
-    return [Part("Environment", "", f"{python} cannot render (status {child.returncode}): {last}", SETUP)]
+        return [Part(found[1], found[2], f"ends Python with status {status} when it is loaded", f"{SETUP} {found[1]}")]
+    return [Part("Environment", "", f"{python} cannot render (status {status}): {last}", SETUP)]

@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import addon
 from addon.capture import exporting
 from addon.export.coverage import summary
+from addon.export.text import read_names
 from addon.lifeline import hold
 from addon.views import opened, source_key
 from blender_rl_guiding.errors import InputError
@@ -30,13 +31,15 @@ from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, View
 
 
+@read_names()
 def _export(options: argparse.Namespace) -> dict[str, Any]:
     """Write the one bundle that was asked for."""
     with exporting(opened(options.blend, options.view)) as exported:
         return _written(options, viewed(exported(), options.view))
 
 
-def _export_frames(options: argparse.Namespace, wanted: "queue.Queue[str]") -> NoReturn:
+@read_names()
+def _export_frames(options: argparse.Namespace, wanted: "queue.Queue[bytes]") -> NoReturn:
     """Write bundles as long as frames are asked for. The camera that frames all stands where it does at the frame of the view."""
     scene = opened(options.blend, options.view)
     _tell({"ok": str(options.bundle), "source": source_key(options.blend, options.view)})
@@ -70,7 +73,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--frames", action="store_true", help="export the frames whose numbers come on stdin, until that ends")
     parser.add_argument("--held", action="store_true", help="end when stdin does")
     options = parser.parse_args(arguments)
-    wanted: queue.Queue[str] = queue.Queue()
+    wanted: queue.Queue[bytes] = queue.Queue()
     if options.held or options.frames:
         hold(wanted.put)
     addon.register()

@@ -1,4 +1,4 @@
-"""The settings of a scene by which a render would be another picture than of the scene, would crash, or would write files.
+"""Render settings that change the picture, crash Blender, or write files; and what each is set to instead.
 
 | door                             | from here                     | what it keeps on purpose                                              |
 |----------------------------------|-------------------------------|-----------------------------------------------------------------------|

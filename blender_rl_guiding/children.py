@@ -26,8 +26,12 @@ class Child:
 
     def fate(self, said: str = "") -> str:
         """As the function, of a child that has ended: by the last line on stderr, or else of what it said elsewhere."""
+        return fate(self.process.returncode, self.complaints() or said.strip())
+
+    def complaints(self) -> str:
+        """What it has said on stderr."""
         self._complaints.seek(0)
-        return fate(self.process.returncode, self._complaints.read().strip() or said.strip())
+        return self._complaints.read().strip()
 
 
 def fate(status: int, said: str) -> str:
@@ -41,7 +45,7 @@ def fate(status: int, said: str) -> str:
 def running(command: list[str], stdout: int = subprocess.DEVNULL) -> Iterator[Child]:
     """Start a program, and kill it after the block. InputError where it cannot be started."""
     pipe = subprocess.PIPE
-    with tempfile.TemporaryFile("w+", errors="replace") as complaints:  # a pipe that nobody reads would fill up
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:  # a pipe that nobody reads would fill up
         try:
             process = subprocess.Popen(command, stdin=pipe, stdout=stdout, stderr=complaints, text=True, errors="replace")
         except OSError as error:

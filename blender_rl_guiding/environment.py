@@ -10,7 +10,9 @@ import os
 import platform
 import re
 import shlex
+import stat
 import sys
+import threading
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from importlib import metadata
@@ -118,6 +120,13 @@ def _build(*arguments: str) -> str:
     return shlex.join([str(script) if script.is_file() else "./build.sh", *arguments])
 
 
+def _end_with_stdin() -> None:
+    """A library that hangs as it is loaded must not outlive Blender."""
+    while os.read(0, 1024):
+        pass
+    os._exit(1)
+
+
 def main(arguments: list[str]) -> int:
     """Print the parts as JSON, or with the argument `announce` leave the pointer; gives the exit status."""
     if arguments == ["announce"]:
@@ -127,6 +136,8 @@ def main(arguments: list[str]) -> int:
             print(f"Blender will not find this environment by itself: {error}", file=sys.stderr)
             return 1
         return 0
+    if arguments and stat.S_ISFIFO(os.fstat(0).st_mode):  # the add-on's pipe, see `children`; older ones give none
+        threading.Thread(target=_end_with_stdin, daemon=True).start()
     print(json.dumps([asdict(part) for part in parts(*arguments)]), flush=True)
     return 0
 

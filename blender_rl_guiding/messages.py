@@ -30,7 +30,7 @@ _Whole = Annotated[int, Range(0, 2**31 - 1)]
 _Positive = Annotated[int, Range(1, 2**31 - 1)]
 _Number = Annotated[float, Range(-1e30, 1e30)]
 _Seconds = Annotated[float, Range(0, 1e12)]
-_Share = Annotated[float, Range(0, 10)]
+_Share = Annotated[float, Range(0, 1)]
 _Settings = dict[str, Any]  # of `Render` or `Machine`: `schema.from_dict` reads them
 
 

@@ -58,7 +58,7 @@ class Events:
 
         def advance(done: float, **anew: Any) -> None:
             last.update(anew)
-            self.send("status", text=printable(last["description"]), share=done / last["total"])
+            self.send("status", text=printable(last["description"]), share=min(1.0, done / last["total"]))  # totals are forecasts
 
         yield advance
 

@@ -9,6 +9,7 @@ import bpy
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.schema import Entry, Settings, SettingsError, active, entries, flags, override
 from blender_rl_guiding.settings import PRESETS, Guide, Render
+from blender_rl_guiding.strings import fault_of_name
 
 from ..properties import read, write
 
@@ -60,6 +61,9 @@ def all_of(comparison: bpy.types.PropertyGroup) -> dict[str, Render]:
         raise InputError("there is no method to compare: add some to the list")
     if doubles := [name for name in names if names.count(name) > 1]:
         raise InputError(f"two methods are called '{doubles[0]}': rename one of them")
+    for name in names:  # which become names of folders; anybody may have chosen them
+        if fault := fault_of_name(name):
+            raise InputError(f"method '{name}' {fault}: rename it")
     if comparison.budget == "SAMPLES":
         budget: dict[str, Any] = {"spp": comparison.spp, "seconds": 0.0}
     else:

@@ -2,6 +2,7 @@
 
 # pyright: reportInvalidTypeForm=false
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,22 +10,36 @@ import bpy
 
 from blender_rl_guiding.errors import InputError, check_writable
 from blender_rl_guiding.schema import to_dict
+from blender_rl_guiding.strings import printable
 
 from .. import environment
 from ..capture import captured
 from ..engine import machine
 from . import methods, results, running
+from .properties import CHOSEN
 from .steps import Cycles, working
 
 PATIENCE = 0.5  # seconds that a step waits where nobody else is kept waiting
 
 
-def folder_of(scene: bpy.types.Scene) -> Path:
-    """Where a comparison's files go. InputError where nothing can be written there."""
-    folder = scene.rl_guiding_comparison.folder or "//"
+def all_folders_of(comparison: bpy.types.PropertyGroup) -> Path:
+    """Where the folders of all scenes are. InputError where the .blend, which may be a stranger's, names a place outside of its own folder.
+
+    Whoever has chosen that place since the file was opened, knows it.
+    """
+    folder = comparison.folder or "//"
     if folder.startswith("//") and not bpy.data.filepath:
         raise InputError("results go beside the .blend: save it first, or choose another folder for them")
-    path = Path(bpy.path.abspath(folder), bpy.path.clean_name(scene.name))
+    path = Path(os.path.abspath(bpy.path.abspath(folder)))
+    own = os.path.realpath(os.path.dirname(bpy.data.filepath)) if bpy.data.filepath else None
+    if bpy.path.abspath(folder) not in CHOSEN and not (own and Path(os.path.realpath(path)).is_relative_to(own)):
+        raise InputError(f"the .blend has results go to {path}, outside of its own folder: if that is right, choose this folder again")
+    return path
+
+
+def folder_of(scene: bpy.types.Scene) -> Path:
+    """Where a comparison's files go. InputError where nothing can be written there, or nobody has chosen it."""
+    path = all_folders_of(scene.rl_guiding_comparison) / bpy.path.clean_name(scene.name)
     check_writable(path)
     return path
 
@@ -39,7 +54,7 @@ def job_of(scene: bpy.types.Scene, folder: Path) -> dict[str, Any]:
         file = Path(bpy.path.abspath(comparison.reference_file))
         if not file.is_file():
             raise InputError(f"the reference is not at {file}: choose an EXR image")
-        reference = {"file": str(file), "about": file.name}
+        reference = {"file": str(file), "about": printable(file.name)}
     if comparison.reference == "CYCLES" and any(settings.max_bounces >= 0 for settings in compared.values()):
         raise InputError("Cycles takes the scene's own path lengths: set Max Bounces of all methods to -1")
     probe = list(comparison.probe) if comparison.use_probe and min(comparison.probe) >= 0 else None
@@ -49,7 +64,7 @@ def job_of(scene: bpy.types.Scene, folder: Path) -> dict[str, Any]:
         "seeds": list(range(first, first + comparison.seeds)),
         "reference": reference,
         "out": str(folder),
-        "command": f"Blender {bpy.app.version_string}, Compare: scene '{scene.name}' of {file}",
+        "command": printable(f"Blender {bpy.app.version_string}, Compare: scene '{scene.name}' of {file}"),
         "probe": probe,
         "machine": machine(scene.render),
     }
@@ -85,11 +100,15 @@ class Background(bpy.types.Operator):
             if not bpy.app.background:
                 running.start(*self.work(context, 0.0))
                 return {"FINISHED"}
-            self.report({"INFO"}, running.complete(*self.work(context, PATIENCE)))
+            self.report({"INFO"}, running.complete(*self.work(context, PATIENCE), self._tell))
         except InputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         return {"FINISHED"}
+
+    def _tell(self, status: running.Status) -> None:
+        if status.note:
+            self.report({"INFO"}, status.note)
 
 
 class RLG_OT_compare(Background):
@@ -125,7 +144,7 @@ class RLG_OT_inspect(Background):
     def work(self, context: bpy.types.Context, patience: float) -> tuple[str, running.Steps, running.Finish]:
         scene, comparison = context.scene, context.scene.rl_guiding_comparison
         compared = methods.all_of(comparison)
-        name = comparison.methods[min(comparison.active_method, len(compared) - 1)].name
+        name = comparison.methods[max(0, min(comparison.active_method, len(compared) - 1))].name
         out = folder_of(scene) / "learnt" / name
         probe = list(comparison.probe) if min(comparison.probe) >= 0 else None
         values = {"settings": to_dict(compared[name]), "pixel": probe, "out": str(out), "machine": machine(scene.render)}

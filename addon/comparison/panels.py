@@ -74,6 +74,8 @@ def _draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         row = layout.row(align=True)
         row.progress(text=state.work.line, factor=state.work.status.share)
         row.operator("rl_guided.cancel", text="", icon="X")
+        if state.work.note:
+            draw_text(layout.column(align=True), state.work.note, context, "INFO")
         return
     row = layout.row()
     row.scale_y = 1.4

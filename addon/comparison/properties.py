@@ -27,6 +27,9 @@ MEASURES = [
 ]
 
 
+CHOSEN: set[str] = set()  # folders that were chosen since Blender started, here and not in a file
+
+
 class RLG_method(bpy.types.PropertyGroup):
     """A method to compare: a name and the settings of a render."""
 
@@ -99,6 +102,7 @@ class RLG_comparison(bpy.types.PropertyGroup):
         subtype="DIR_PATH",
         default="//rl_guided/",
         options=_RELATIVE,
+        update=lambda self, context: CHOSEN.add(bpy.path.abspath(self.folder)),
     )
     use_probe: bpy.props.BoolProperty(
         name="Probe", description="Show what methods have learnt of the light that arrives at the point that a pixel sees", default=True

@@ -21,6 +21,7 @@ class Status(NamedTuple):
 
     text: str
     share: float  # 0..1 of what the text names
+    note: str = ""  # what is to be told now, once: a line that stays
 
 
 Steps = Generator[Status, None, dict[str, Any]]  # returns the outcome; InputError is a line for the user
@@ -35,6 +36,7 @@ class Work:
     steps: Steps
     finish: Finish
     status: Status = field(default_factory=lambda: Status("Starting", 0.0))
+    note: str = ""  # the last one
     began: float = field(default_factory=time.monotonic)
 
     @property
@@ -93,6 +95,7 @@ def _look() -> float | None:
         until = time.monotonic() + SHARE_OF_TIME
         while time.monotonic() < until:
             before, work.status = work.status, next(work.steps)
+            work.note = work.status.note or work.note
             if work.status == before:
                 break
     except StopIteration as end:

@@ -2,6 +2,7 @@
 
 # pyright: reportInvalidTypeForm=false
 
+import os
 from pathlib import Path
 
 import bpy
@@ -10,7 +11,7 @@ from blender_rl_guiding.errors import InputError
 
 from ..acting import Acting
 from . import results, slots, workspace
-from .operators import show
+from .operators import all_folders_of, show
 
 
 def images_of(comparison: bpy.types.PropertyGroup, kind: str = "IMAGES") -> dict[str, bpy.types.Image]:
@@ -86,6 +87,10 @@ class RLG_OT_side_by_side(_Look):
         workspace.show(context.window, list(images_of(context.scene.rl_guiding_comparison, self.kind).values()))
 
 
+def _browse(page: Path) -> None:
+    bpy.ops.wm.url_open(url=page.as_uri())
+
+
 class RLG_OT_open_report(_Look):
     """Open the report in the browser: tables with error bars, curves, error maps, a viewer that flips between images."""
 
@@ -93,10 +98,14 @@ class RLG_OT_open_report(_Look):
     bl_label = "Open Report"
 
     def act(self, context: bpy.types.Context) -> None:
-        page = Path(bpy.path.abspath(context.scene.rl_guiding_comparison.page))
+        comparison = context.scene.rl_guiding_comparison
+        page = Path(bpy.path.abspath(comparison.page))
+        inside = Path(os.path.realpath(page)).is_relative_to(os.path.realpath(all_folders_of(comparison)))
+        if page.name != "report.html" or not inside:  # which a browser would open, or run
+            raise InputError(f"{page} is no report in the folder of the comparison: compare again to have one made")
         if not page.is_file():
             raise InputError(f"the report is not at {page} any more: compare again to have it made")
-        bpy.ops.wm.url_open(url=page.as_uri())
+        _browse(page)
 
 
 class RLG_OT_clear_results(_Look):

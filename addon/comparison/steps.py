@@ -45,6 +45,7 @@ def working(python: Path, scene: SceneData, job: str, values: dict[str, Any], pa
                 status = Status(f"Sample {event['samples']}/{event['of']}", event["samples"] / event["of"])
             elif event["event"] == "note":
                 notes.append(event["text"])
+                yield status._replace(note=event["text"])
             yield status
 
 

@@ -20,6 +20,7 @@ from .instances import worth_instancing
 from .motion import FrameSet, of_motion
 from .resources import Resources
 from .stop import Stop, Stopped, never
+from .text import shown
 from .world import read_world, world_visibility
 
 
@@ -50,6 +51,14 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop
     for instance in _instances(depsgraph, stop):
         collector.add(instance)
     collector.note((*collector.custom.losses, *of_motion(depsgraph, frame_set)))
+    losses = (
+        *coverage.of_scene(scene, depsgraph.view_layer),
+        *coverage.of_shaders(scene, collector.shaders),
+        *coverage.of_links(depsgraph),
+        *camera_losses,
+        *world_losses,
+        *collector.losses,
+    )
     return SceneData(
         name=name,
         **collector.arrays(),
@@ -62,14 +71,7 @@ def _export(depsgraph: bpy.types.Depsgraph, name: str, frame_set: FrameSet, stop
         bounces=read_bounces(scene),
         tables=collector.resources.tables,
         textures=tuple(collector.resources.textures),
-        coverage=(
-            *coverage.of_scene(scene, depsgraph.view_layer),
-            *coverage.of_shaders(scene, collector.shaders),
-            *coverage.of_links(depsgraph),
-            *camera_losses,
-            *world_losses,
-            *collector.losses,
-        ),
+        coverage=tuple(map(shown, losses)),
     )
 
 

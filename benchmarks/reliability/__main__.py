@@ -81,17 +81,18 @@ def perform(name: str, options: argparse.Namespace, console: Console) -> Ledger:
                 if time.monotonic() > written + 2:
                     ledger.write()
                     written = time.monotonic()
+            if verdict := of_module(name, "verdict", ledger, ""):
+                ledger.conclude(verdict)
+                console.print(f"{name}: {verdict}", markup=False, highlight=False, soft_wrap=True)
         finally:
-            ledger.write(**figures(name, ledger))
+            ledger.write(**of_module(name, "figures", ledger, {}))
     return ledger
 
 
-def figures(name: str, ledger: Ledger) -> dict[str, Any]:
-    """What a campaign makes of its outcomes, if it makes anything."""
-    if CAMPAIGNS[name].fuzzed:
-        return {}
-    of: Callable[[list[dict[str, float]]], dict[str, Any]] | None = getattr(import_module(f"{__package__}.{name}"), "figures", None)
-    return of(ledger.rows) if of else {}
+def of_module(name: str, function: str, ledger: Ledger, nothing: Any) -> Any:
+    """What a campaign makes of all its outcomes, if it makes anything: `figures` by name, or as `verdict` a finding, or ""."""
+    of: Callable[..., Any] | None = None if CAMPAIGNS[name].fuzzed else getattr(import_module(f"{__package__}.{name}"), function, None)
+    return of(ledger.rows) if of else nothing
 
 
 def once(name: str, step: int, options: argparse.Namespace, console: Console) -> int:
@@ -116,7 +117,7 @@ def table(ledgers: dict[str, Ledger]) -> Table:
     for name, ledger in ledgers.items():
         told = {
             **ledger.results,
-            **{key: f"{value:.3g}" if isinstance(value, float) else value for key, value in figures(name, ledger).items()},
+            **{key: f"{value:.3g}" if isinstance(value, float) else value for key, value in of_module(name, "figures", ledger, {}).items()},
         }
         ended = ", ".join(f"{key} {value}" for key, value in told.items())
         made.add_row(

@@ -14,9 +14,10 @@ from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import BSDF, DQN, RBF, BSpline, Encoder, Frequency, Machine, NoEncoding, QTable, Render, Uniform
 
 from . import scenes
-from .commands import Process, called, difference, digest, knows
+from .commands import GOES_ON, Process, called, difference, digest
 from .folders import compared
 from .guard import Guard
+from .kills import OFTEN
 from .ledger import FoundError, Outcome
 
 SIZE = 32  # pixels, both ways
@@ -89,8 +90,8 @@ def _of_jobs(bundle: Path, settings: Render, folder: Path) -> int:
 
 
 def _of_kills(bundle: Path, settings: Render, guard: Guard, rng: random.Random, kills: int) -> int:
-    """Killed some times while it renders, and continued; nothing where no checkpoints are kept."""
-    if not knows("--checkpoint") or not kills:
+    """Killed some times while it renders, and continued."""
+    if not kills:
         return 0
     path = guard.work / "settings.json"
     path.write_text(json.dumps(to_dict(settings) | {"spp": 128}), encoding="utf-8")
@@ -101,15 +102,18 @@ def _of_kills(bundle: Path, settings: Render, guard: Guard, rng: random.Random, 
     start = time.monotonic()
     status, said = called(*command, "--out", whole)
     usual = time.monotonic() - start
+    went_on = 0
     for _ in range(kills):
-        with Process(guard, *command, "--checkpoint", 0.05, "--out", killed) as process:
-            end = time.monotonic() + 60
-            while not killed.exists() and not process.done and time.monotonic() < end:
-                time.sleep(0.01)  # until it begins to render
-            process.wait(rng.uniform(0, usual))
+        with Process(guard, *command, *OFTEN, "--out", killed) as process:
+            process.wait_for_another(killed / "checkpoint.npz")
+            process.wait(rng.uniform(0, usual / 2))
+            went_on += GOES_ON in process.said
     with Process(guard, *command, "--out", killed) as process:
         if status or process.wait():
             raise FoundError(f"status: not 0 after kills, {said or process.said}")
+        went_on += GOES_ON in process.said
+    if not went_on:
+        raise FoundError(f"idle: {kills} kills, but no start went on from a checkpoint")
     if wrong := difference(digest(killed), digest(whole)):
         raise FoundError(f"difference: killed {kills} times, {wrong}")
     return 1

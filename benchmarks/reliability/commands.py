@@ -57,13 +57,19 @@ def knows(flag: str) -> bool:
     return flag in said.getvalue()
 
 
+# `rlg`, whose checkpoints may follow each other as fast as they can be written.
+_PROGRAM = "import sys; from blender_rl_guiding.render import checkpoint; from blender_rl_guiding.cli import main; " + (
+    "checkpoint.SHARE = 0; sys.exit(main())"
+)
+
+
 class Process:
     """`rlg` with arguments as a process, and a session, of its own; what it says goes into a file. Use as a context manager."""
 
     def __init__(self, guard: Guard, *arguments: object) -> None:
         self._words = guard.root / f"words-{time.monotonic_ns()}"
         environment = os.environ | guard.environment | {"PYTHONPATH": str(ROOT)}
-        command = [sys.executable, "-c", "import sys; from blender_rl_guiding.cli import main; sys.exit(main())", *map(str, arguments)]
+        command = [sys.executable, "-c", _PROGRAM, *map(str, arguments)]
         with self._words.open("w") as words:
             self._process = subprocess.Popen(
                 command, stdout=subprocess.DEVNULL, stderr=words, cwd=guard.work, env=environment, start_new_session=True
@@ -92,6 +98,12 @@ class Process:
         except subprocess.TimeoutExpired:
             return None
 
+    def wait_for_another(self, file: Path) -> None:
+        """Until it has written a file anew, or has ended."""
+        before, end = _stamp(file), time.monotonic() + PATIENCE
+        while _stamp(file) in (before, None) and not self.done and time.monotonic() < end:
+            time.sleep(0.005)
+
     def kill(self, group: bool) -> None:
         """SIGKILL to it alone, or to all that it has started, too."""
         with contextlib.suppress(ProcessLookupError):
@@ -104,6 +116,14 @@ class Process:
         while (left := _session(self._process.pid)) and time.monotonic() < end:
             time.sleep(0.05)
         return left
+
+
+def _stamp(file: Path) -> tuple[int, int] | None:
+    try:
+        info = file.stat()
+    except FileNotFoundError:
+        return None
+    return info.st_mtime_ns, info.st_ino
 
 
 def _session(leader: int) -> list[str]:

@@ -17,6 +17,7 @@ _PATHS = (
     "os.chown",
     "shutil.rmtree",
 )  # events whose first argument is a path
+_FOLLOWS = ("os.chmod", "os.chown")
 _PAIRS = ("os.rename", "os.link", "os.symlink", "shutil.move", "shutil.copyfile")
 _STARTS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "socket.connect", "webbrowser.open")
 _HARMLESS = ("fc-list",)  # matplotlib looks for fonts, once
@@ -101,11 +102,15 @@ class Guard:
         finally:
             _active[:] = before
 
-    def allows(self, path: Any) -> bool:
-        """Whether a path may be written to: below the places that are the program's own."""
+    def allows(self, path: Any, followed: bool = False) -> bool:
+        """Whether a path may be written to: below the places that are the program's own.
+
+        `followed`: what is done reaches the file that the path leads to, where the path itself is a link.
+        """
         if isinstance(path, int) or path is None:
             return True
-        real = os.path.join(os.path.realpath(os.path.dirname(os.path.abspath(os.fsdecode(path)))), os.path.basename(os.fsdecode(path)))
+        text = os.path.abspath(os.fsdecode(path))
+        real = os.path.realpath(text) if followed else os.path.join(os.path.realpath(os.path.dirname(text)), os.path.basename(text))
         own = (self.place, self.cache, self.tmp, self.kernels, self._fonts)
         return f"{real}{os.sep}".startswith((*(f"{folder}{os.sep}" for folder in own), "/dev/", "/proc/")) or "__pycache__" in real
 
@@ -126,10 +131,10 @@ def _hook(event: str, arguments: Any) -> None:
     guard, seen = _active[-1]
     if event == "open":
         path, _, flags = arguments
-        if flags and flags & _WRITES and not guard.allows(path):
+        if flags and flags & _WRITES and not guard.allows(path, followed=True):
             seen.append(f"opened {path!r} to write")
     elif event in _PATHS and (len(arguments) < 2 or not _is_descriptor(arguments[-1])):
-        if not guard.allows(arguments[0]):
+        if not guard.allows(arguments[0], event in _FOLLOWS):
             seen.append(f"{event} {arguments[0]!r}")
     elif event in _PAIRS:
         if not all(map(guard.allows, arguments[:2] if event != "os.symlink" else arguments[1:2])):

@@ -11,12 +11,14 @@ from typing import Any
 from blender_rl_guiding.images import read_exr
 
 from . import scenes
-from .commands import GOES_ON, SMALL, Process, called, difference, digest, knows, leftovers
+from .commands import GOES_ON, SMALL, Process, called, difference, digest, leftovers
 from .guard import Guard
 from .ledger import FoundError, Outcome
 
 SIZE = 32  # pixels, both ways
 LATEST = 1.3  # of the usual time: some of them end before they are killed
+LATE = 0.8  # share of the kills of a render that wait for a checkpoint of it
+OFTEN = ("--checkpoint", 0.001)  # before each pass
 
 _COMPARE = ("--methods", "bsdf,qtable,dqn", "--spp", 6, "--seeds", 2, "--reference-spp", 256, "--qtable.cells", 4, *SMALL)
 _RENDER = ("--spp", 256, "--threads", 2)
@@ -37,16 +39,18 @@ class Victim:
         first, *options = COMMANDS[name]
         bundle = scenes.saved(self._guard.root, size, "a1")
         scene = ("slides-resolution", "--scenes", bundle.parent) if first == "sweep" else (bundle,)
-        checkpoint = ("--checkpoint", 0.1) if first == "render" and knows("--checkpoint") else ()
-        self._command = (first, *scene, *options, *checkpoint)
-        self.usual, self._clean = self._undisturbed()
-        self._out = self._guard.work / "killed"
+        self._command = (first, *scene, *options, *(OFTEN if first == "render" else ()))
+        self._out, self.went_on = self._guard.work / "killed", 0  # how many starts went on from a checkpoint
+        self.usual, self._rendering, self._clean = self._undisturbed()
         self._anew()
 
     def attempt(self, rng: random.Random) -> bool:
         """Start it and kill it, unless it ends before, which is checked; whether it was killed. FoundError tells what is wrong."""
-        moment, group = rng.uniform(0, LATEST * self.usual), rng.random() < 0.5
+        late, group = self._command[0] == "render" and rng.random() < LATE, rng.random() < 0.5
+        moment = rng.uniform(0, LATEST * (self._rendering if late else self.usual))
         with Process(self._guard, *self._command, "--out", self._out) as process:
+            if late:
+                process.wait_for_another(self._out / "checkpoint.npz")
             status = process.wait(moment)
             if status is not None:
                 self._check_end(status, process.said)
@@ -62,18 +66,21 @@ class Victim:
         with Process(self._guard, *self._command, "--out", self._out) as process:
             self._check_end(process.wait(), process.said)
 
-    def _undisturbed(self) -> tuple[float, dict[str, Any]]:
-        """The seconds that it takes, and what it makes; all kernels are compiled before."""
+    def _undisturbed(self) -> tuple[float, float, dict[str, Any]]:
+        """The seconds that it takes, and of a render those after its first checkpoint; what it makes. All kernels are compiled before."""
         with self._guard.here():
             status, said = called(*self._command, "--out", self._guard.work / "warm")
         if status:
             raise FoundError(f"status: {status} of {self.name} undisturbed, {said}")
         self._forget_references()
-        start = time.monotonic()
-        with Process(self._guard, *self._command, "--out", self._guard.work / "whole") as process:
+        start, whole = time.monotonic(), self._guard.work / "whole"
+        with Process(self._guard, *self._command, "--out", whole) as process:
+            if self._command[0] == "render":
+                process.wait_for_another(whole / "checkpoint.npz")
+            middle = time.monotonic()
             if process.wait():
                 raise FoundError(f"status: {self.name} undisturbed, {process.said}")
-        return time.monotonic() - start, digest(self._guard.work / "whole")
+        return time.monotonic() - start, time.monotonic() - middle, digest(whole)
 
     def _anew(self) -> None:
         self._forget_references()
@@ -101,6 +108,7 @@ class Victim:
     def _check_resumed(self, said: str) -> None:
         if "Traceback" in said:
             raise FoundError(f"traceback: {said.strip().splitlines()[-1]}")
+        self.went_on += GOES_ON in said
         if self._checkpoint and said and GOES_ON not in said:
             raise FoundError(f"lost: there was a checkpoint, but {self.name} did not go on from it: {said.strip()}")
 
@@ -129,6 +137,7 @@ def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tup
     victims: dict[str, Victim] = {}
     for step in steps:
         start, rng, name = time.monotonic(), random.Random(f"{seed} {step}"), names[step % len(names)]
+        before = victims[name].went_on if name in victims else 0
         try:
             victim = victims.get(name) or victims.setdefault(name, Victim(name, folder / name.replace(" ", "-"), size))
             ended = 0
@@ -142,9 +151,21 @@ def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tup
             finding, ended = str(error), 0
             if name in victims:
                 victims[name].begin_again()
-        yield Outcome(step, name, finding=finding, seconds=time.monotonic() - start, numbers={"ended": ended})
+        went_on = victims[name].went_on - before if name in victims else 0
+        numbers: dict[str, float] = {"ended": ended, "went on": went_on, "renders": COMMANDS[name][0] == "render"}
+        yield Outcome(step, name, finding=finding, seconds=time.monotonic() - start, numbers=numbers)
 
 
 def figures(rows: list[dict[str, float]]) -> dict[str, float]:
-    """How often a command came to its end, and was compared."""
-    return {"compared": float(sum(row.get("ended", 0) for row in rows))}
+    """How often a command came to its end, and was compared; kills of renders, and starts that went on from a checkpoint."""
+    names = {"ended": "compared", "renders": "kills of renders", "went on": "went on from a checkpoint"}
+    return {told: float(sum(row.get(name, 0) for row in rows)) for name, told in names.items()}
+
+
+def verdict(rows: list[dict[str, float]]) -> str:
+    """A campaign in which renders were killed, but hardly ever had anything to go on from, has tried nothing."""
+    told = figures(rows)
+    killed, went_on = told["kills of renders"], told["went on from a checkpoint"]
+    return (
+        f"idle: {killed:.0f} kills of renders, but only {went_on:.0f} starts went on from a checkpoint" if went_on < killed / 2 - 2 else ""
+    )

@@ -1,9 +1,9 @@
 """What a campaign has tried and found so far: kept in a file, so that it goes on where it was interrupted, and told in the end."""
 
+import hashlib
 import json
 import platform
 import re
-import subprocess
 from collections import Counter
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -14,6 +14,7 @@ from blender_rl_guiding.errors import atomic
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "out" / "reliability"
+SOURCES = ("addon", "benchmarks", "blender_rl_guiding")
 
 
 class FoundError(Exception):
@@ -37,7 +38,7 @@ class Ledger:
 
     def __init__(self, folder: Path, name: str, **about: Any) -> None:
         self.path = folder / f"{name}.json"
-        self.about = {"campaign": name, "program": __version__, "source": _commit()} | about
+        self.about = {"campaign": name, "program": __version__, "source": source()} | about
         self.seconds, self.longest, self.next = 0.0, 0.0, 0
         self.results: Counter[str] = Counter()
         self.findings: list[dict[str, Any]] = []
@@ -55,6 +56,11 @@ class Ledger:
             self.rows.append({"step": outcome.step} | outcome.numbers)
         if outcome.finding:
             self.findings.append({"step": outcome.step, "finding": outcome.finding, "saved": saved})
+
+    def conclude(self, finding: str) -> None:
+        """A finding of all outcomes together."""
+        self.findings.append({"step": self.next, "finding": finding, "saved": ""})
+        self.is_new(finding)
 
     def is_new(self, finding: str) -> bool:
         """Whether there was none yet that differs in numbers and quoted names alone."""
@@ -103,10 +109,10 @@ def line(outcome: Outcome) -> str:
     return json.dumps(asdict(outcome))
 
 
-def _commit() -> str:
-    """Of the source, with a plus if it was changed since; empty where there is no repository."""
-    try:
-        done = subprocess.run(["git", "describe", "--always", "--dirty=+"], cwd=ROOT, capture_output=True, text=True)
-    except OSError:
-        return ""
-    return done.stdout.strip()
+def source(root: Path = ROOT) -> str:
+    """SHA-256 of the program and its campaigns as they are, committed or not."""
+    found = hashlib.sha256()
+    for file in sorted(path for folder in SOURCES for path in (root / folder).rglob("*")):
+        if file.suffix in (".py", ".npz", ".html"):
+            found.update(f"{file.relative_to(root)} {file.stat().st_size}\n".encode() + file.read_bytes())
+    return found.hexdigest()[:16]

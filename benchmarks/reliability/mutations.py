@@ -32,6 +32,12 @@ TEXTS = (
         "\\input{/etc/passwd}",
         "%s%n",
         "$x$",
+        "$x^$",
+        "$\\frac{1$",
+        "$\\nonsense$",
+        "x_y^",
+        "$",
+        "$$",
     ),
     *("CON", "nul.", "-rf", "~", "$HOME", "%TEMP%", "*", "[red]", DEEP, DIGITS),
 )

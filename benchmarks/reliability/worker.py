@@ -24,8 +24,8 @@ MEASURES = {"memory": "MiB", "files": "open", "threads": "", "temporary": "files
 FOUND = {"memory": 8.0, "files": 0.5, "threads": 0.5, "temporary": 0.5}  # growth in an hour that is one, where its interval is above it
 
 
-def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0) -> Iterator[Outcome]:
-    """One for each minute: its last measures."""
+def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0, least: int = 1) -> Iterator[Outcome]:
+    """One for each minute, or `least` jobs if they take longer: its last measures."""
     shutil.rmtree(folder, ignore_errors=True)
     guard = Guard(folder)
     bundle = scenes.saved(guard.root, SIZE)
@@ -35,7 +35,7 @@ def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0) -> Ite
     try:
         for step in steps:
             finding, done, rows = "", 0, []
-            while time.monotonic() < start + minute * (step - steps.start + 1) or not rows:
+            while time.monotonic() < start + minute * (step - steps.start + 1) or len(rows) < least:
                 try:
                     done += _one(talk, rng, bundle, guard)
                 except FoundError as error:
@@ -44,7 +44,9 @@ def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0) -> Ite
                     with guard.here():
                         talk = Talk(guard.work)
                 rows.append(measured(talk.pid, guard))
-            yield Outcome(step, "minute", finding=finding, seconds=minute, numbers={"jobs": done, "all": len(rows)} | rows[-1])
+            yield Outcome(
+                step, "minute", finding=finding, seconds=minute, numbers={"jobs": done, "all": len(rows), "process": talk.pid} | rows[-1]
+            )
     finally:
         talk.end()
 
@@ -89,17 +91,33 @@ def measured(pid: int, guard: Guard) -> dict[str, float]:
 
 
 def figures(rows: list[dict[str, float]]) -> dict[str, float | str]:
-    """Growth in an hour of each measure, and its 95 % interval, by a line through all but the first fifth; jobs that were done."""
+    """The last measures, and by how much each grows in an hour; jobs that were done."""
     told: dict[str, float | str] = {"jobs": float(sum(row["jobs"] for row in rows))}
-    late = [row for row in rows[round(WARM * len(rows)) :] if "memory" in row]
-    if len(late) < 4:
-        return told
-    hours = np.array([row["step"] for row in late]) / 60
-    for name in MEASURES:
-        slope, margin = fitted(hours, np.array([row[name] for row in late]))
-        told[name] = float(late[-1][name])
-        told[f"{name} in an hour"] = f"{slope:+.2f} +- {margin:.2f}" + " GROWS" * (slope - margin > FOUND[name])
+    for name, (last, slope, margin) in growth(rows).items():
+        told |= {name: last, f"{name} in an hour": f"{slope:+.2f} +- {margin:.2f}"}
     return told
+
+
+def verdict(rows: list[dict[str, float]]) -> str:
+    """The measures that grow, as a finding."""
+    grows = [
+        f"{name} by {slope:.2f} +- {margin:.2f} {MEASURES[name]} in an hour"
+        for name, (_, slope, margin) in growth(rows).items()
+        if slope - margin > FOUND[name]
+    ]
+    return f"growth: {', '.join(grows)}" if grows else ""
+
+
+def growth(rows: list[dict[str, float]]) -> dict[str, tuple[float, float, float]]:
+    """Of each measure the last, its growth in an hour, and half its 95 % interval: by a line through all but the first fifth of what the
+    present process did. One that was started later, after a crash or Ctrl-C, begins anew.
+    """
+    own = [row for row in rows if row.get("process") == rows[-1].get("process") and "memory" in row]
+    late = own[round(WARM * len(own)) :]
+    if len(late) < 4:
+        return {}
+    hours = np.array([row["step"] for row in late]) / 60
+    return {name: (float(late[-1][name]), *fitted(hours, np.array([row[name] for row in late]))) for name in MEASURES}
 
 
 def fitted(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:

@@ -1,10 +1,18 @@
 """Work beside the user's, step by step, and the pixel that is asked for."""
 
+import json
+import time
+from pathlib import Path
+
 import bpy
 import pytest
 from mathutils import Vector
 
+from addon import commands, environment, worker_client
 from addon.comparison import picking, running
+from addon.comparison.steps import working
+from benchmarks.cornell import cornell_box
+from blender_rl_guiding import __version__
 from blender_rl_guiding.errors import InputError
 
 pytestmark = pytest.mark.usefixtures("exported")  # the add-on is registered
@@ -32,7 +40,7 @@ def test_work_is_done_step_by_step_one_at_a_time():
         running.start("Third", waiting(log), str)
         running._look()
         assert running.STATE.work
-        assert running.STATE.work.status == ("waiting", 0.5)
+        assert running.STATE.work.status == running.Status("waiting", 0.5)
         bpy.ops.rl_guided.cancel()
         assert (running.STATE.work, log) == (None, ["ended", "ended"])
         assert running.STATE.last_words.startswith("Cancelled")
@@ -46,6 +54,57 @@ def waiting(log: list[str]) -> running.Steps:
             yield running.Status("waiting", 0.5)
     finally:
         log.append("ended")
+
+
+NOTES = ("takes 90 GB of memory", "goes on from sample 7", "FAILED: table")
+
+
+@pytest.fixture
+def telling(tmp_path: Path) -> Path:
+    """A renderer that tells something, waits for a sign, and dies."""
+    told = [{"event": "ready", "version": __version__}, *({"event": "note", "text": note} for note in NOTES)]
+    lines = "\n".join(map(json.dumps, told))
+    wait = f"n=0; while [ ! -e {tmp_path}/go -a $n -lt 1500 ]; do sleep 0.02; n=$((n+1)); done"
+    script = f"#!/bin/sh\ncat <<'END'\n{lines}\nEND\n{wait}\nkill -9 $$\n"
+    (tmp_path / "python").write_text(script)
+    (tmp_path / "python").chmod(0o755)
+    return tmp_path / "python"
+
+
+def test_the_panel_shows_each_note_at_once(telling: Path):
+    running.start("Work", working(telling, cornell_box(), "render", {}, 0.0), str)
+    try:
+        shown: list[str] = []
+        while NOTES[-1] not in shown:
+            assert running._look() is not None
+            assert running.STATE.work
+            shown.append(running.STATE.work.note)
+            time.sleep(0.01)
+        running._look()
+        assert running.STATE.work
+        assert running.STATE.work.note == NOTES[-1], "it is gone"
+        (telling.parent / "go").touch()
+        while running._look() is not None:
+            time.sleep(0.01)
+        assert running.STATE.last_words == "the renderer was ended by SIGKILL: too little memory?"
+    finally:
+        running.cancel()
+        worker_client.end_all()
+
+
+def test_a_command_prints_each_note_at_once(telling: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.setattr(environment, "python", lambda: telling)
+    said = commands.say
+
+    def say(text: str, *file: object) -> None:
+        said(text, *file)
+        if text == NOTES[-1]:
+            (telling.parent / "go").touch()  # the renderer does not die before
+
+    monkeypatch.setattr(commands, "say", say)
+    with pytest.raises(InputError, match="too little memory"):
+        commands._work(cornell_box(), "render", {})
+    assert [line for line in capsys.readouterr().err.splitlines() if line in NOTES] == [*NOTES]
 
 
 def failing() -> running.Steps:

@@ -83,6 +83,15 @@ engine.status_line = lambda event: Path(sys.argv[2], "now").touch() or real(even
 bpy.ops.render.render()
 """
 
+CHECK = """
+import sys
+from pathlib import Path
+import addon, bpy
+from addon import environment
+environment.python = lambda: Path(sys.argv[1])
+environment.check()
+"""
+
 
 def family(mark: str) -> dict[int, str]:
     """The processes with the mark among their variables, which children inherit, and their command lines."""
@@ -169,6 +178,12 @@ def test_f12_and_the_next_start_sweeps_what_it_left(
     assert (left / "scene.npz").exists()
     sweep(temporary)
     assert not left.exists()
+
+
+def test_the_check_of_the_environment(killed: Callable[..., None], tmp_path: Path):
+    (tmp_path / "python").write_text("#!/bin/sh\ncat\n")  # ends with its stdin, as `environment` does
+    (tmp_path / "python").chmod(0o755)
+    killed(CHECK, tmp_path / "python", child="blender_rl_guiding.environment")
 
 
 @pytest.mark.skipif(not EXECUTABLE.is_file(), reason=f"no Blender at {EXECUTABLE}; the variable BLENDER names one")

@@ -15,9 +15,8 @@ from benchmarks.reliability import __main__ as campaigns
 from benchmarks.reliability import fuzzing, mutations, trying, worker
 from benchmarks.reliability.commands import difference, digest, leftovers
 from benchmarks.reliability.guard import Guard
-from benchmarks.reliability.ledger import FoundError, Ledger, Outcome, from_line, line
+from benchmarks.reliability.ledger import FoundError, Ledger, Outcome, from_line, line, source
 from benchmarks.reliability.trying import tried
-from blender_rl_guiding.errors import InputError
 
 
 @pytest.fixture
@@ -26,12 +25,22 @@ def guard(tmp_path: Path) -> Guard:
 
 
 def refuse(text: str) -> None:
-    raise InputError(text)
+    raise FloatingPointError(text)  # InputError would make its text printable
 
 
 def leave_through_link(folder: Path, guard: Guard) -> None:
     (folder / "link").symlink_to(guard.root / "canary")
     (folder / "link" / "table.csv").write_text("x")
+
+
+def overwrite_through_link(folder: Path, guard: Guard) -> None:
+    (folder / "image.exr").symlink_to(guard.root.parent / "elsewhere.txt")
+    (folder / "image.exr").write_text("x")
+
+
+def chmod_through_link(folder: Path, guard: Guard) -> None:
+    (folder / "image.exr").symlink_to(guard.root / "canary.txt")
+    (folder / "image.exr").chmod(0o600)
 
 
 # What a program might do, and the kind of finding that it is.
@@ -49,6 +58,8 @@ BAD = {
     "elsewhere": (lambda folder, guard: os.mkdir(guard.root.parent / "elsewhere"), "write: os.mkdir"),
     "rename": (lambda folder, guard: os.replace(guard.root / "canary.txt", folder / "mine"), "write: os.rename"),
     "through a link": (leave_through_link, "write: opened"),
+    "over a link": (overwrite_through_link, "write: opened"),
+    "chmod a link": (chmod_through_link, "write: os.chmod"),
     "start something": (lambda folder, guard: subprocess.run(["true"]), "write: subprocess.Popen"),
     "unpickle": (lambda folder, guard: mutations.Opened().__reduce__()[0](guard.root / "unpickled"), "write: os.mkdir"),
     "take memory": (lambda folder, guard: np.ones(10_000_000), "memory"),
@@ -59,6 +70,7 @@ GOOD = {
     "write inside": lambda folder, guard: (folder / "image.exr").write_bytes(b"x"),
     "temporary": lambda folder, guard: (guard.tmp / "x").write_bytes(b"x"),
     "cache": lambda folder, guard: (guard.cache / "blender_rl_guiding" / "x").write_bytes(b"x"),
+    "a link away": lambda folder, guard: ((folder / "x").symlink_to(guard.root.parent), (folder / "x").unlink()),
     "nothing": lambda folder, guard: None,
 }
 
@@ -93,6 +105,7 @@ def test_what_is_good_is_not(name, guard):
 # A campaign in processes of its own: the third input crashes, the fifth hangs.
 DEADLY = """
 import os, signal, time
+from benchmarks.reliability import trying
 class Fuzz:
     def __init__(self, guard):
         self.guard = guard
@@ -101,7 +114,9 @@ class Fuzz:
         if folder.name == "2":
             os.kill(os.getpid(), signal.SIGSEGV)
         if folder.name == "4":
-            time.sleep(1000)
+            time.sleep(100000)
+        if folder.name == "3":
+            trying.LIMIT = 5.0  # of the next one alone: no other is taken for hanging
         return "accepted", ""
 """
 
@@ -110,8 +125,8 @@ def test_a_crash_and_a_hang_are_found_and_the_next_inputs_tried(tmp_path, monkey
     (tmp_path / "deadly.py").write_text(DEADLY)
     package = Path(fuzzing.__file__).parent
     starter = (
-        f"import sys, benchmarks.reliability as p; p.__path__.append({str(tmp_path)!r}); import benchmarks.reliability.trying as t; "
-        "t.LIMIT = 3.0; t.main(sys.argv[1:])"
+        f"import sys, benchmarks.reliability as p; p.__path__.append({str(tmp_path)!r}); "
+        "import benchmarks.reliability.trying as t; t.main(sys.argv[1:])"
     )
     real = subprocess.Popen
     assert package.name == "reliability"
@@ -192,10 +207,38 @@ def test_differences_and_leftovers_are_seen(tmp_path):
     assert sorted(leftovers(tmp_path)) == [".image.123.exr", "checkpoint-0001.npz", "checkpoint.npz"]
 
 
-@pytest.mark.parametrize(("slope", "grows"), [(0.0, False), (3.0, False), (60.0, True)])
-def test_growth_is_seen(slope, grows):
+def minutes(slope: float, count: int = 60, process: int = 7, first: float = 300.0) -> list[dict[str, float]]:
+    """Measures of a worker that grows by so many MiB in an hour."""
     rng = np.random.default_rng(0)
-    rows = [
-        {"step": k, "jobs": 3, "memory": 300 + slope * k / 60 + rng.normal(), "files": 9, "threads": 5, "temporary": 0} for k in range(60)
-    ]
-    assert ("GROWS" in str(worker.figures(rows)["memory in an hour"])) == grows
+    others: dict[str, float] = {"jobs": 3, "files": 9, "threads": 5, "temporary": 0, "process": process}
+    return [{"step": k, "memory": first + slope * k / 60 + rng.normal()} | others for k in range(count)]
+
+
+@pytest.mark.parametrize(("slope", "grows"), [(0.0, False), (3.0, False), (60.0, True)])
+def test_growth_is_a_finding(slope, grows, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(worker, "outcomes", lambda steps, *_: (Outcome(k, "minute", numbers=minutes(slope)[k]) for k in steps))
+    assert campaigns.main(["worker", "--out", str(tmp_path)]) == grows
+    assert ("worker: growth: memory by" in capsys.readouterr().out) == grows
+
+
+def test_growth_is_that_of_one_process():
+    rows = [*minutes(0.0, 30, process=1, first=100.0), *[row | {"step": row["step"] + 30} for row in minutes(0.0, 30, first=300.0)]]
+    assert not worker.verdict(rows)
+    assert worker.verdict([row | {"process": 1} for row in rows])
+
+
+@pytest.mark.parametrize(("went_on", "idle"), [(0, True), (3, True), (12, False)])
+def test_kills_that_meet_no_checkpoint_are_a_finding(went_on, idle, tmp_path, monkeypatch):
+    numbers = {"ended": 1, "renders": 1}
+    made = (Outcome(k, "render", numbers=numbers | {"went on": int(k < went_on)}) for k in range(20))
+    monkeypatch.setattr("benchmarks.reliability.kills.outcomes", lambda *_: made)
+    assert campaigns.main(["kills", "--count", "20", "--out", str(tmp_path)]) == idle
+
+
+def test_another_source_is_another_campaign(tmp_path):
+    (tmp_path / "addon").mkdir()
+    seen = {source(tmp_path)}
+    for text in ("a = 1", "a = 2", "a = 22"):  # whatever is committed
+        (tmp_path / "addon" / "a.py").write_text(text)
+        seen.add(source(tmp_path))
+    assert len(seen) == 4

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from addon.worker_client import Worker
-from blender_rl_guiding import __version__, messages
+from blender_rl_guiding import __version__, messages, worker
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.experiments.results import MEASURES
 from blender_rl_guiding.scene.bundle import save
@@ -155,6 +155,13 @@ def test_a_renderer_that_says_something_else_is_told_and_not_waited_for(tmp_path
         worker.event(PATIENCE)
     assert worker.event(PATIENCE)["event"] == "ready"
     worker.end()
+
+
+def test_more_than_was_forecast_is_all_of_it():
+    stream = io.StringIO()
+    with worker.Events(stream).bar("x", 2) as advance:
+        advance(3)
+    assert [messages.read_event(line.encode())["share"] for line in stream.getvalue().splitlines()] == [0, 1]
 
 
 ROW = {

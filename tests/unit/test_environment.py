@@ -12,6 +12,7 @@ import pytest
 from blender_rl_guiding import __version__, environment
 from blender_rl_guiding.environment import Part
 from blender_rl_guiding.errors import InputError
+from tests.patience import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = str(ROOT / "build.sh")
@@ -110,3 +111,25 @@ def test_a_bare_environment_of_the_wrong_python(tmp_path: Path):
     assert package.command == f"{BUILD} extension"
     assert [torch, oidn] == [Part(name, "", "not installed", f"{BUILD} setup") for name in ("torch", "pyoidn")]
     assert len(done.stdout.splitlines()) == 1
+
+
+SLOW = "import time, blender_rl_guiding.environment as e; e._library = e.Part; e._package = lambda _: print('here', flush=True) or {}"
+
+
+def test_a_check_that_hangs_ends_with_the_addon():
+    command = [sys.executable, "-c", f"{SLOW.format('time.sleep(10000)')}; e.main(['1.0'])"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as child:
+        try:
+            assert child.stdout
+            assert child.stdin
+            assert child.stdout.readline() == "here\n"
+            child.stdin.close()
+            assert child.wait(PATIENCE) == 1
+        finally:
+            child.kill()
+
+
+def test_a_check_without_a_pipe_comes_to_its_end():
+    """An older add-on gives none."""
+    command = [sys.executable, "-c", f"{SLOW.format('time.sleep(0.5) or e.Part(str())')}; e.main(['1.0'])"]
+    assert subprocess.run(command, stdin=subprocess.DEVNULL, check=False, capture_output=True, timeout=PATIENCE).returncode == 0

@@ -1,0 +1,21 @@
+"""Names as text: Blender allows any bytes in them."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.description import Loss
+
+
+@contextmanager
+def read_names() -> Iterator[None]:
+    """A block, or a function, that reads names. InputError on one that is no UTF-8, of which Python has only the bytes."""
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        raise InputError(f"something in the .blend is called {error.object!r}, which is no text in UTF-8: rename it") from error
+
+
+def shown(loss: Loss) -> Loss:
+    """The same in text: paths may have halves of characters, which stand for such bytes."""
+    return Loss(*(said.encode(errors="replace").decode() for said in (loss.object, loss.where, loss.detail)))
