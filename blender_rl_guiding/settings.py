@@ -256,6 +256,9 @@ PRESETS = {
 }
 
 
+MOST_RUNS = 100_000  # of an experiment
+
+
 def method(name: str) -> Render:
     """The settings behind a method's name: a preset, or a guide with its defaults and no light sampling. SettingsError on any other."""
     guides = {guide.kind: guide for guide in get_args(Guide)}
