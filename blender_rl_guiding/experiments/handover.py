@@ -58,7 +58,7 @@ def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
 
 def _figures(results: Results, scene: str) -> Iterator[tuple[str, str]]:
     """The figures that the report has made of a scene, as files and for people."""
-    for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):
+    for plot in curves.plots(results, scene):
         yield plot.name, f"{plot.y_label} over {plot.x_label.partition(',')[0]}"
     if page_probe.found(results, scene):
         yield "learnt", "radiance that arrives, and Q"
