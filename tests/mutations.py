@@ -83,11 +83,13 @@ def of_bytes(data: bytes, seed: int, count: int) -> Iterator[tuple[str, bytes]]:
     rng = random.Random(seed)
     for _ in range(count):
         place, length = rng.randrange(len(data)), rng.randrange(1, 64)
-        yield f"cut at {place}", data[:place]
-        yield f"bit turned at {place}", data[:place] + bytes([data[place] ^ 1 << rng.randrange(8)]) + data[place + 1 :]
-        yield f"noise at {place}", (data[:place] + rng.randbytes(length) + data[place + length :])[: len(data)]
-        yield f"zeros at {place}", (data[:place] + bytes(length) + data[place + length :])[: len(data)]
-        yield f"stretch at {place} gone", data[:place] + data[place + length :]
+        before, behind = data[:place], data[place + length :]
+        yield f"cut at {place}", before
+        yield f"bit turned at {place}", before + bytes([data[place] ^ 1 << rng.randrange(8)]) + data[place + 1 :]
+        yield f"noise at {place}", (before + rng.randbytes(length) + behind)[: len(data)]
+        if any(data[place : place + length]):
+            yield f"zeros at {place}", (before + bytes(length) + behind)[: len(data)]
+        yield f"stretch at {place} gone", before + behind
 
 
 def of_files(folder: Path) -> Iterator[tuple[str, Callable[[Path], object]]]:

@@ -31,7 +31,7 @@ TEXTS = (
         "=cmd|' /C calc'!A0",
         "\\input{/etc/passwd}",
         "%s%n",
-        "$x$",
+        "$x^$",
     ),
     *("CON", "nul.", "-rf", "~", "$HOME", "%TEMP%", "*", "[red]", DEEP, DIGITS),
 )
