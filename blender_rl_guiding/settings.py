@@ -257,6 +257,7 @@ PRESETS = {
 
 
 MOST_RUNS = 100_000  # of an experiment
+MOST_METHODS = 100  # of an experiment: figures show their images in a row
 
 
 def method(name: str) -> Render:

@@ -1,4 +1,4 @@
-"""Reads an experiment's folder, which anyone may have made: what of it is damaged is told and left out, and the rest is still a report."""
+"""Reads an experiment's folder, which anyone may have made. What is damaged is told and left out; the rest is still a report."""
 
 import hashlib
 import os
@@ -14,7 +14,7 @@ import numpy as np
 from .. import typed
 from ..errors import InputError, check_inside
 from ..images import read_exr
-from ..settings import MOST_RUNS, recorded
+from ..settings import MOST_METHODS, MOST_RUNS, recorded
 from ..strings import Name, fault_of_name, printable
 from ..typed import Range
 from . import result_file
@@ -60,7 +60,7 @@ class _Guide:
 
 @dataclass(frozen=True)
 class _Settings:
-    """What of a run's settings the report goes by; the rest of them is only shown."""
+    """The settings of a run that the report goes by. It only shows the others."""
 
     guide: _Guide
     nee: bool = False
@@ -82,8 +82,8 @@ class _Probe:
 def load(folder: Path) -> Results:
     """Read an experiment's folder.
 
-    Runs without result.json were not finished and are listed as missing. What is damaged is listed, too, and left out. InputError where
-    experiment.json is damaged, or if no run is left.
+    Runs without result.json were not finished and are listed as missing. What is damaged or of another run is listed, too, and left out.
+    InputError where experiment.json is damaged, or if no run is left.
     """
     plan = _plan(folder / "experiment.json")
     # By the plan and not by what lies there: the folder may hold runs of an earlier, larger experiment.
@@ -133,6 +133,8 @@ def _plan(path: Path) -> _Plan:
             raise InputError(f"{path}: not an experiment, or damaged ({statistics.mode(names)!r} stands in {what} twice)")
     if plan.baseline not in plan.methods:
         raise InputError(f"{path}: the baseline {plan.baseline!r} is not one of the methods {', '.join(plan.methods)}")
+    if (count := len(plan.methods)) > MOST_METHODS:
+        raise InputError(f"{path}: not an experiment, or damaged (it has {count} methods)")
     if (count := len(plan.scenes) * len(plan.methods) * len(plan.seeds)) > MOST_RUNS:
         raise InputError(f"{path}: not an experiment, or damaged (it has {count} runs)")
     return plan

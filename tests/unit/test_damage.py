@@ -35,6 +35,11 @@ def made(_made: Path, tmp_path: Path) -> Path:
     return shutil.copytree(_made, tmp_path / "made")
 
 
+def plan(**values: Any) -> str:
+    """An experiment.json."""
+    return json.dumps({"methods": ["m0"], "scenes": ["s"], "seeds": [0], "baseline": "m0", "command": ""} | values)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
@@ -48,6 +53,8 @@ def made(_made: Path, tmp_path: Path) -> Path:
             '{"methods": ["a", "a"], "scenes": [], "seeds": [0], "baseline": "a", "command": ""}',
             "'a' stands in methods twice",
         ),
+        ("experiment.json", plan(methods=[f"m{k}" for k in range(101)]), "101 methods"),
+        ("experiment.json", plan(seeds=[*range(100_001)]), "100001 runs"),
         ("experiment.json", '{"methods": ["a"], "scenes": ["../x"], "seeds": [0], "baseline": "a", "command": ""}', "cannot be the name"),
     ],
 )
