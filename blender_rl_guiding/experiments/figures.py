@@ -31,7 +31,7 @@ def write(results: Results) -> None:
 
 
 def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
-    """Name and figure; without those that would be empty."""
+    """Each figure with its name. None is empty."""
     if not results.summaries(scene):
         return
     if scene in results.pictured:

@@ -157,7 +157,7 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
 
 
 def _sha256(path: Path) -> str:
-    """Of a file: far cheaper than of the pixels, which would have to be decompressed."""
+    """The checksum of a file. That of its pixels would take far longer: they are compressed."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
