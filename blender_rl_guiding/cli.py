@@ -212,20 +212,25 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
-    """Write the reports and print their summaries. InputError in the end if runs failed, which are missing there, or are damaged."""
+    """Write the reports and print their summaries. InputError in the end on all that they lack: runs that failed, and what is damaged."""
     from .experiments import report
 
+    lacking = [f"{failed} of the runs failed, as told above; the same command tries them again"] * (failed > 0)
     damaged: list[str] = []
     for folder in folders:
-        results = report.write(folder)
+        try:
+            results = report.write(folder)
+        except InputError as error:
+            lacking.append(str(error))
+            continue
         report.show(results, Console())
         say(folder / "report.html")
         damaged += [f"{folder}: {line}" for line in results.damaged]
     if damaged:
         others = f", and {len(damaged) - 1} more" * (len(damaged) > 1)
-        raise InputError(f"{damaged[0]}{others}: left out, as the report says")
-    if failed:
-        raise InputError(f"{failed} of the runs failed, as told above; the same command tries them again")
+        lacking.append(f"{damaged[0]}{others}: left out, as the report says")
+    if lacking:
+        raise InputError("; ".join(lacking))
 
 
 def _metrics(options: argparse.Namespace) -> None:

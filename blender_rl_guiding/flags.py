@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 
 from . import schema, typed
 from .errors import InputError
-from .settings import PRESETS, Machine, Render, method
+from .settings import MOST_RUNS, PRESETS, Machine, Render, method
 from .strings import printable
 
 
@@ -81,6 +81,13 @@ def positive(text: str) -> int:
     return int(text)
 
 
+def _runs(text: str) -> int:
+    """A number of runs from the command line."""
+    if positive(text) > MOST_RUNS:
+        raise argparse.ArgumentTypeError(f"{text} is above {MOST_RUNS}, the most runs of an experiment")
+    return int(text)
+
+
 def add_render(parser: argparse.ArgumentParser) -> None:
     """A scene, where to write, and how to render it."""
     parser.add_argument("scene", type=Path, metavar="SCENE", help="a .blend or a bundle")
@@ -95,7 +102,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
 def add_experiment(parser: argparse.ArgumentParser, seeds: int) -> "argparse._MutuallyExclusiveGroup":
     """What all comparisons may be told; `seeds` is the default. Returns the ways to say what the reference is."""
     text = f"runs of each method, with one seed after the other (default: {seeds})"
-    parser.add_argument("--seeds", type=positive, default=seeds, metavar="N", help=text)
+    parser.add_argument("--seeds", type=_runs, default=seeds, metavar="N", help=text)
     reference = parser.add_mutually_exclusive_group()
     text = "samples per pixel of the reference, at least (default: 1024)"
     reference.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help=text)

@@ -256,6 +256,10 @@ PRESETS = {
 }
 
 
+MOST_RUNS = 100_000  # of an experiment
+MOST_METHODS = 100  # of an experiment: figures show their images in a row
+
+
 def method(name: str) -> Render:
     """The settings behind a method's name: a preset, or a guide with its defaults and no light sampling. SettingsError on any other."""
     guides = {guide.kind: guide for guide in get_args(Guide)}

@@ -6,6 +6,7 @@ from html import escape
 from typing import NamedTuple
 
 LARGEST = 1e30  # that has a place in a chart; the smallest on a logarithmic axis is 1 / LARGEST
+NARROWEST = 1e-9  # of the largest value: what an axis has to span, or its ticks could not be told apart
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 680, 340, 70, 16, 34, 56
 
 
@@ -46,7 +47,11 @@ class Axis(NamedTuple):
 def axis(values: Sequence[float], log: bool) -> Axis:
     """An axis that holds the values, of which there is at least one, with a little room."""
     low, high = (math.log10(v) if log else v for v in (min(values), max(values)))
-    room = 0.05 * (high - low) or (0.05 if log else 0.05 * abs(high) or 1.0)
+    size = 1.0 if log else max(abs(low), abs(high))
+    alike = high - low <= max(NARROWEST * size, 1 / LARGEST)
+    room = 0.05 * (size if alike else high - low)
+    if room <= 0.05 / LARGEST:
+        room = 1.0
     return Axis(log, low - room, high + room)
 
 
@@ -56,24 +61,20 @@ def _round_step(step: float) -> float:
     return next(k * decade for k in (1, 2, 5, 10) if k * decade >= step * 0.999)
 
 
-def drawable(lines: Sequence[Line], log_x: bool, log_y: bool) -> list[Line]:
-    """The lines without points that have no place, and without lines that have no points."""
+def drawable(points: Sequence[tuple[float, float]], log_x: bool, log_y: bool) -> list[tuple[float, float]]:
+    """The points that have a place in a chart."""
 
-    def has_place(x: float, y: float) -> bool:
-        return abs(x) < LARGEST and abs(y) < LARGEST and (x > 1 / LARGEST or not log_x) and (y > 1 / LARGEST or not log_y)
+    def has_place(value: float, log: bool) -> bool:
+        return 1 / LARGEST < value < LARGEST if log else abs(value) < LARGEST
 
-    kept = [line._replace(points=[p for p in line.points if has_place(*p)]) for line in lines]
-    return [line for line in kept if line.points]
+    return [(x, y) for x, y in points if has_place(x, log_x) and has_place(y, log_y)]
 
 
 def chart(lines: Sequence[Line], x_label: str, y_label: str, *, log_x: bool = False, log_y: bool = False) -> str:
-    """The lines over a grid; empty where there is nothing to draw."""
-    kept = drawable(lines, log_x, log_y)
-    if not kept:
-        return ""
-    xs, ys = ([point[k] for line in kept for point in line.points] for k in (0, 1))
+    """The lines over a grid. There is at least one, and all their points are `drawable`."""
+    xs, ys = ([point[k] for line in lines for point in line.points] for k in (0, 1))
     x_axis, y_axis = axis(xs, log_x), axis(ys, log_y)
-    strokes = "".join(_stroke(line, [_place(x_axis, y_axis, *point) for point in line.points]) for line in kept)
+    strokes = "".join(_stroke(line, [_place(x_axis, y_axis, *point) for point in line.points]) for line in lines)
     names = escape(f"{y_label} against {x_label}")
     return (
         f'<svg class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{names}">{_grid(x_axis, y_axis)}{strokes}'

@@ -4,6 +4,7 @@ import statistics
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
+from .charts import drawable
 from .results import Results, Run, Summary
 
 Points = list[tuple[float, float]]
@@ -18,7 +19,12 @@ class Plot(NamedTuple):
     y_label: str
     log_x: bool
     log_y: bool
-    lines: list[tuple[str, Points]]  # by method; never without points
+    lines: list[tuple[str, Points]]  # by method; none is empty
+
+
+def plots(results: Results, scene: str) -> list[Plot]:
+    """All charts of a scene."""
+    return [*error_plots(results, scene), *loss_plots(results, scene)]
 
 
 def error_plots(results: Results, scene: str) -> list[Plot]:
@@ -26,23 +32,33 @@ def error_plots(results: Results, scene: str) -> list[Plot]:
     found = results.summaries(scene)
     by_samples = _lines(found, lambda summary: over_samples(summary, "mape_display"))
     by_time = _lines(found, lambda summary: over_seconds(summary, "relmse"))
-    plots = [
+    return _drawable(
         Plot("mape", "samples per pixel", "mape_display", False, True, by_samples),
         Plot("relmse-time", "seconds, learning included", "relmse", True, True, by_time),
-    ]
-    return [plot for plot in plots if plot.lines]
+    )
 
 
 def loss_plots(results: Results, scene: str) -> list[Plot]:
     """Losses over training steps, a plot for each kind of loss; empty where nothing learnt."""
-    return [
-        Plot("-".join(["loss", *unit.removeprefix("loss of ").split()]), "training steps", unit, False, False, _lines(found, losses))
-        for unit, found in by_loss(results, scene).items()
+    return _drawable(
+        *(
+            Plot("-".join(["loss", *unit.removeprefix("loss of ").split()]), "training steps", unit, False, False, _lines(found, losses))
+            for unit, found in by_loss(results, scene).items()
+        )
+    )
+
+
+def _drawable(*plots: Plot) -> list[Plot]:
+    """The plots with the points that have a place. Lines without such points are left out, and plots without such lines."""
+    found = [
+        plot._replace(lines=[(method, points) for method, line in plot.lines if (points := drawable(line, plot.log_x, plot.log_y))])
+        for plot in plots
     ]
+    return [plot for plot in found if plot.lines]
 
 
 def _lines(found: Iterable[Summary], points: Callable[[Summary], Points]) -> list[tuple[str, Points]]:
-    return [(summary.method, line) for summary in found if (line := points(summary))]
+    return [(summary.method, points(summary)) for summary in found]
 
 
 def over_samples(summary: Summary, measure: str) -> Points:

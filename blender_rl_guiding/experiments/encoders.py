@@ -1,4 +1,4 @@
-"""What an encoder gains: each method that has one against the method that differs from it in nothing else and has none."""
+"""What an encoder gains: each method that has one against the same method without."""
 
 from typing import Any, NamedTuple
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from ..errors import atomic, check_inside
 from ..images import to_display
 from . import curves, discs, page_images, page_probe
-from .charts import Line, axis, drawable
+from .charts import Line, axis
 from .disc_figure import Disc, Group
 from .disc_figure import figure as disc_figure
 from .palette import LIGHT
@@ -16,6 +16,7 @@ from .results import Results, Run, Truth
 
 WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
 NAMES_ABREAST = 3  # in a legend
+TALLEST = 4  # times as high as wide, of an image; or as wide as high. What is beyond is stretched
 
 
 def write(results: Results) -> None:
@@ -30,17 +31,16 @@ def write(results: Results) -> None:
 
 
 def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
-    """Name and figure; without those that would be empty."""
+    """Each figure with its name. None is empty."""
     if not results.summaries(scene):
         return
     if scene in results.pictured:
         yield "images", _images(results, scene)
     if known := page_probe.found(results, scene):
         yield "learnt", _learnt(scene, *known)
-    for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):
+    for plot in curves.plots(results, scene):
         lines = [Line(method, LIGHT[results.methods.index(method) % len(LIGHT)], points) for method, points in plot.lines]
-        if lines := drawable(lines, plot.log_x, plot.log_y):
-            yield plot.name, _chart(lines, plot)
+        yield plot.name, _chart(lines, plot)
 
 
 def _chart(lines: Sequence[Line], plot: curves.Plot) -> Figure:
@@ -57,13 +57,13 @@ def _chart(lines: Sequence[Line], plot: curves.Plot) -> Figure:
     axes.set_yticks(y_axis.ticks(), [f"{y:.4g}" for y in y_axis.ticks()])
     axes.minorticks_off()
     axes.set_xlabel(plot.x_label, fontsize=8)
-    axes.set_ylabel(plot.y_label, fontsize=8)
+    axes.set_ylabel(plot.y_label, fontsize=8, parse_math=False)  # a name is not TeX
     axes.tick_params(labelsize=7)
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color="#e4e5e3", linewidth=0.6)
     names = figure.legend(loc="upper center", ncols=NAMES_ABREAST, fontsize=6, frameon=False, borderpad=0.2, labelspacing=0.2)
     for text in names.get_texts():
-        text.set_parse_math(False)  # a name is not TeX
+        text.set_parse_math(False)
     return figure
 
 
@@ -72,11 +72,13 @@ def _images(results: Results, scene: str) -> Figure:
     reference, shots = page_images.load(results, scene)
     titled = [("reference", reference), *((f"{run.method}\n{run.metrics['mape_display']:.4f}", image) for run, image in shots)]
     side, title_height = 1.5, 0.36  # inches
-    height = side * reference.shape[0] / reference.shape[1]
+    shape = reference.shape[0] / reference.shape[1]
+    shown = min(max(shape, 1 / TALLEST), TALLEST)
+    height = side * shown
     figure = Figure((side * len(titled), height + title_height))
     for k, (title, image) in enumerate(titled):
         axes = figure.add_axes((k / len(titled), 0, 0.97 / len(titled), height / (height + title_height)))
-        axes.imshow(to_display(image), interpolation="nearest")
+        axes.imshow(to_display(image), interpolation="nearest", aspect=shown / shape)
         axes.set_title(title, fontsize=7, pad=3, parse_math=False)
         axes.axis("off")
     return figure

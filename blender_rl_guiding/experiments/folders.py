@@ -1,7 +1,8 @@
-"""Reads an experiment's folder, which anyone may have made: what of it is damaged is told and left out, and the rest is still a report."""
+"""Reads an experiment's folder, which anyone may have made. What is damaged is told and left out; the rest is still a report."""
 
 import hashlib
 import os
+import re
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,19 +14,14 @@ import numpy as np
 from .. import typed
 from ..errors import InputError, check_inside
 from ..images import read_exr
-from ..settings import recorded
-from ..strings import OldName, fault_of_name
+from ..settings import MOST_METHODS, MOST_RUNS, recorded
+from ..strings import OldName, fault_of_name, printable
 from ..typed import Range
 from . import result_file
+from .result_file import Count, Error, Number, Patches
 from .results import MEASURES, Learnt, Results, Run, Truth
 
-MOST_RUNS = 100_000
 SHORTEST = 1e-9  # seconds of a run: rates are per second
-_Count = Annotated[int, Range(0, 2**63 - 1)]
-_Patches = Annotated[int, Range(1, 1024)]  # along one side of a hemisphere
-# Limits far beyond what renders have, so that whatever is read can be squared, summed up and drawn.
-_Error = Annotated[float, Range(0.0, 1e30)]
-_Number = Annotated[float, Range(-1e30, 1e30)]
 _CURVE = dict.fromkeys(("samples", "mape_display", "relmse"), Range(0.0, 1e30))
 _CURVE |= dict.fromkeys(("seconds", "train_seconds", "infer_seconds"), Range(0.0, 1e12))
 
@@ -43,7 +39,7 @@ class _Plan:
 
     scenes: tuple[OldName, ...]
     methods: tuple[OldName, ...]
-    seeds: tuple[_Count, ...]
+    seeds: tuple[Count, ...]
     baseline: OldName
     command: str
     name: str = ""
@@ -64,7 +60,7 @@ class _Guide:
 
 @dataclass(frozen=True)
 class _Settings:
-    """What of a run's settings the report goes by; the rest of them is only shown."""
+    """The settings of a run that the report goes by. It only shows the others."""
 
     guide: _Guide
     nee: bool = False
@@ -75,52 +71,57 @@ class _Probe:
     """probe.json."""
 
     pixel: tuple[int, int]
-    position: tuple[_Number, _Number, _Number]
-    right: tuple[_Number, _Number, _Number]
-    up: tuple[_Number, _Number, _Number]
-    patches: tuple[_Patches, _Patches]
-    radiance: tuple[_Error, ...]
-    spp: _Count
+    position: tuple[Number, Number, Number]
+    right: tuple[Number, Number, Number]
+    up: tuple[Number, Number, Number]
+    patches: tuple[Patches, Patches]
+    radiance: tuple[Error, ...]
+    spp: Count
 
 
 def load(folder: Path) -> Results:
     """Read an experiment's folder.
 
-    Runs without result.json were not finished and are listed as missing. What is damaged is listed, too, and left out. InputError where
-    experiment.json is damaged, or if no run is left.
+    Runs without result.json were not finished and are listed as missing. What is damaged or of another run is listed, too, and left out.
+    InputError where experiment.json is damaged, or if no run is left.
     """
     plan = _plan(folder / "experiment.json")
     # By the plan and not by what lies there: the folder may hold runs of an earlier, larger experiment.
     places = [(scene, method, seed) for scene in plan.scenes for method in plan.methods for seed in sorted(plan.seeds)]
     runs, missing, damage = list[Run](), [], _Damage(folder)
     for scene, method, seed in places:
-        place = folder / scene / method / f"seed-{seed}"
-        if os.path.lexists(place / "result.json"):
-            runs += damage.without(_run, folder, place, scene, method)
+        if os.path.lexists(folder / scene / method / f"seed-{seed}" / "result.json"):
+            runs += damage.without(_run, folder, scene, method, seed)
         else:
             missing.append(f"{scene}/{method}/seed-{seed}")
     truths = {scene: truth for scene in plan.scenes for truth in damage.without(_truth, folder, scene)}
-    shown = [_with_pictures(folder, scene, [run for run in runs if run.scene == scene], damage) for scene in plan.scenes]
-    kept = tuple(run for found, _ in shown for run in found)
+    kept, pictured = list[Run](), set[str]()
+    for scene in plan.scenes:
+        size, found = _of_one_size([run for run in runs if run.scene == scene], damage)
+        if found and (reference := damage.without(_picture, folder, folder / scene / "reference.exr", size)):
+            height, width, _ = reference[0].shape
+            found = _with_images(folder, found, (width, height), damage)
+            pictured.add(scene)
+        kept += found
     if not kept:
         raise InputError(f"{folder}: no run of the experiment is {f'whole: {damage.found[0]}' if damage.found else 'finished'}")
-    pictured = frozenset(scene for scene, (_, there) in zip(plan.scenes, shown, strict=True) if there)
     told = (plan.name, plan.scenes, plan.methods, plan.baseline, plan.command, plan.reference)
-    return Results(folder, *told, kept, tuple(missing), truths, tuple(damage.found), pictured)
+    return Results(folder, *told, tuple(kept), tuple(missing), truths, tuple(damage.found), frozenset(pictured))
 
 
 class _Damage:
     """What is damaged in a folder, in the order in which it was found."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder, self.found = folder, list[str]()
+        self.found = list[str]()
+        self._inside = re.compile(f"(^|^cannot read ){re.escape(printable(f'{folder}{os.sep}'))}")
 
     def without[T](self, read: Callable[..., T | None], *args: Any) -> list[T]:
         """What was read: one, or none where it is damaged or not there."""
         try:
             value = read(*args)
         except InputError as error:
-            self.found.append(str(error).replace(f"{self._folder}{os.sep}", ""))
+            self.found.append(self._inside.sub(r"\1", str(error)))
             return []
         return [] if value is None else [value]
 
@@ -132,19 +133,24 @@ def _plan(path: Path) -> _Plan:
             raise InputError(f"{path}: not an experiment, or damaged ({statistics.mode(names)!r} stands in {what} twice)")
     if plan.baseline not in plan.methods:
         raise InputError(f"{path}: the baseline {plan.baseline!r} is not one of the methods {', '.join(plan.methods)}")
+    if (count := len(plan.methods)) > MOST_METHODS:
+        raise InputError(f"{path}: not an experiment, or damaged (it has {count} methods)")
     if (count := len(plan.scenes) * len(plan.methods) * len(plan.seeds)) > MOST_RUNS:
         raise InputError(f"{path}: not an experiment, or damaged (it has {count} runs)")
     return plan
 
 
-def _run(folder: Path, place: Path, scene: str, method: str) -> Run:
+def _run(folder: Path, scene: str, method: str, seed: int) -> Run:
+    place = folder / scene / method / f"seed-{seed}"
     path = place / "result.json"
     check_inside(folder, path)
     record = result_file.read(path)
+    if (record.scene, record.method, record.seed) != (scene, method, seed):
+        raise InputError(f"{path} is of another run: {typed.shown(f'{record.scene}/{record.method}/seed-{record.seed}')}")
     try:
         _check_curve(record.curve)
         typed.read(_Settings, record.settings, "settings", loose=True)
-        metrics = typed.read(dict[str, _Error], record.metrics, "metrics")
+        metrics = typed.read(dict[str, Error], record.metrics, "metrics")
         metrics = {name: metrics[name] for name in MEASURES}
     except KeyError as error:
         raise InputError(f"{path}: not a result, or damaged (metrics lacks {error})") from error
@@ -211,22 +217,29 @@ def _read[T](kind: type[T], path: Path, what: str) -> T:
 # --- pictures --------------------------------------------------------------------------------------------------------
 
 
-def _with_pictures(folder: Path, scene: str, runs: list[Run], damage: _Damage) -> tuple[list[Run], bool]:
-    """The runs without those whose picture would be shown but is damaged, and whether there are pictures: not without a reference."""
-    if not runs:
-        return [], False
+def _of_one_size(runs: list[Run], damage: _Damage) -> tuple[tuple[int, int] | None, list[Run]]:
+    """The width and height that most of a scene's runs have, and the runs that fit. Runs of earlier versions may not tell theirs."""
     sizes = [run.resolution for run in runs if run.resolution]
-    size = statistics.mode(sizes) if sizes else None
-    reference = damage.without(_picture, folder, folder / scene / "reference.exr", size)
-    if not reference:
-        return runs, False
-    height, width, _ = reference[0].shape
+    if not sizes:
+        return None, runs
+    size = statistics.mode(sizes)
+    return size, [fitting for run in runs for fitting in damage.without(_fitting, run, size)]
+
+
+def _fitting(run: Run, size: tuple[int, int]) -> Run:
+    if run.resolution not in (None, size):
+        raise InputError(f"{run.folder / 'result.json'} is of another run: {_pixels(run.resolution)}, not {_pixels(size)} as the others")
+    return run
+
+
+def _with_images(folder: Path, runs: list[Run], size: tuple[int, int], damage: _Damage) -> list[Run]:
+    """The runs that can be shown. Of each method the first whose image is whole is shown; those before it are left out."""
     whole, shown = [], set[str]()
     for run in runs:
-        if run.method in shown or damage.without(_image, folder, run, (width, height)):
+        if run.method in shown or damage.without(_image, folder, run, size):
             whole.append(run)
             shown.add(run.method)
-    return whole, True
+    return whole
 
 
 def _image(folder: Path, run: Run, size: tuple[int, int]) -> np.ndarray:
@@ -242,7 +255,11 @@ def _picture(folder: Path, path: Path, size: tuple[int, int] | None) -> np.ndarr
     image, _ = read_exr(path)
     height, width, _ = image.shape
     if size and (width, height) != size:
-        raise InputError(f"{path} is {width} x {height} pixels, not {size[0]} x {size[1]} as the others")
+        raise InputError(f"{path} is {_pixels((width, height))}, not {_pixels(size)} as the others")
     if not np.isfinite(image).all():
         raise InputError(f"{path} has pixels that are not finite numbers")
     return image
+
+
+def _pixels(size: tuple[int, int]) -> str:
+    return f"{size[0]} x {size[1]} pixels"

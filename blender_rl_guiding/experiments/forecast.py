@@ -43,7 +43,7 @@ class Forecast:
         return sum(self._all) + sum(self._expected(task) or unknown for task in self._due)
 
     def __str__(self) -> str:
-        """As in "3 of 40, about 0:12:30 to go", with the methods that this leaves out, for nothing like them has run."""
+        """As in "3 of 40, about 0:12:30 to go". It names the methods that it leaves out because nothing like them has run."""
         ended = f"{self._count - len(self._due)} of {self._count}"
         if not self._due or not self._all:
             return ended

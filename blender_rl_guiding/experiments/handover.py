@@ -11,7 +11,7 @@ from .results import MEASURES, Results, Summary, ratio
 
 
 def handed_over(results: Results) -> dict[str, Any]:
-    """Page, methods and pictures of an experiment on one scene whose report is written; error maps are written here.
+    """Page, methods and pictures of an experiment on one scene. Its report is there already; this writes the error maps.
 
     InputError where there is no reference.
     """
@@ -29,7 +29,7 @@ def handed_over(results: Results) -> dict[str, Any]:
 
 
 def _methods(results: Results, scene: str) -> Iterator[dict[str, Any]]:
-    """A row for each method with a finished run, the baseline first, with the files of its first seed: image and error map."""
+    """A row for each method with a finished run, the baseline first. It names two files of the first seed: image and error map."""
     truth, shots = page_images.load(results, scene)
     maps = [metrics.mape_map(image, truth) for _, image in shots]
     top, base = pictures.scale(maps), results.base(scene)
@@ -57,8 +57,8 @@ def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
 
 
 def _figures(results: Results, scene: str) -> Iterator[tuple[str, str]]:
-    """The figures that the report has made of a scene, as files and for people."""
-    for plot in (*curves.error_plots(results, scene), *curves.loss_plots(results, scene)):
+    """Names of the figures that the report has made of a scene: those of the files, and those for people."""
+    for plot in curves.plots(results, scene):
         yield plot.name, f"{plot.y_label} over {plot.x_label.partition(',')[0]}"
     if page_probe.found(results, scene):
         yield "learnt", "radiance that arrives, and Q"

@@ -10,6 +10,8 @@ from ..images import read_exr
 from . import pictures
 from .results import Results, Run
 
+CANVAS = 16384  # pixels along each side that every browser can draw
+
 
 def load(results: Results, scene: str) -> tuple[np.ndarray, list[tuple[Run, np.ndarray]]]:
     """The reference of a scene that is pictured, and each method's first run with its image."""
@@ -32,8 +34,9 @@ def of_scene(results: Results, scene: str) -> str:
     parts = [
         f"<h3>Images</h3><div class=row>{''.join(photos)}</div><p class=note>{about}</p>",
         f"<h3>Where the error is</h3><div class=row>{_scale(top)}{''.join(maps)}</div>",
-        f"<h3>Flip</h3>{_viewer(names, [reference, *(image for _, image in shots)], top)}",
     ]
+    if max(reference.shape) <= CANVAS:
+        parts.append(f"<h3>Flip</h3>{_viewer(names, [reference, *(image for _, image in shots)], top)}")
     return "\n".join(parts)
 
 

@@ -13,7 +13,7 @@ _SIZE = 420  # pixels of a disc, along each side
 
 
 def found(results: Results, scene: str) -> tuple[Truth, list[tuple[Run, np.ndarray]]] | None:
-    """The truth, and each method's first run that has learnt something there, with its Q; None where no method learns, or without truth."""
+    """The truth, and the first run of each method with its Q, if it has learnt there. None without truth, or if no method learns."""
     truth, first = results.truths.get(scene), [summary.runs[0] for summary in results.summaries(scene)]
     if truth is None or not any(run.learns for run in first):
         return None

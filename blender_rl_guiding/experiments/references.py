@@ -97,7 +97,7 @@ def _block(
 
 
 def _doubt(image: np.ndarray, header: dict[str, str], scene: SceneData, settings: Render, witness: Callable[[], str]) -> str:
-    """Why an image that was kept, with pixels as they were written, is not what would be rendered now; empty where it is.
+    """Why an image that was kept is not what would be rendered now; empty where it is. Its pixels are those that were written.
 
     Another version of the program would do, unless it makes other pixels of one sample: a fault that was mended must not live on.
     """
@@ -111,6 +111,6 @@ def _doubt(image: np.ndarray, header: dict[str, str], scene: SceneData, settings
 
 
 def _described(settings: Render) -> str:
-    """What is not as it is by default: a setting that a later version adds, and leaves as it was, does not make another reference."""
+    """The settings that are not the defaults. So a reference stays the same when a later version adds a setting."""
     usual = to_dict(Render())
     return json.dumps({name: value for name, value in to_dict(settings).items() if value != usual[name]})

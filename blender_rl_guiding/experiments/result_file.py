@@ -8,13 +8,13 @@ from ..errors import InputError
 from ..typed import Range
 from . import sealed
 
-_Count = Annotated[int, Range(0, 2**63 - 1)]
+Count = Annotated[int, Range(0, 2**63 - 1)]
 _Side = Annotated[int, Range(1, 1 << 16)]  # pixels
-_Patches = Annotated[int, Range(1, 1024)]  # along one side of a hemisphere
+Patches = Annotated[int, Range(1, 1024)]  # along one side of a hemisphere
 # Limits far beyond what renders have, so that whatever is read can be squared, summed up and drawn.
 _Seconds = Annotated[float, Range(0.0, 1e12)]
-_Error = Annotated[float, Range(0.0, 1e30)]
-_Radiance = Annotated[float, Range(-1e30, 1e30)]
+Error = Annotated[float, Range(0.0, 1e30)]
+Number = Annotated[float, Range(-1e30, 1e30)]
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Learnt:
     """What a guide has learnt of the radiance that arrives at the point that a pixel sees."""
 
     pixel: tuple[int, int]  # column and row, from the top left
-    rows: _Patches
-    columns: _Patches
-    q: tuple[_Radiance, ...]  # rows x columns, row 0 at the horizon
+    rows: Patches
+    columns: Patches
+    q: tuple[Number, ...]  # rows x columns, row 0 at the horizon
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class Record:
 
     scene: str
     method: str
-    seed: _Count
-    spp: _Count
+    seed: Count
+    spp: Count
     seconds: _Seconds  # rendering with learning, without compiling and export
     learn_seconds: _Seconds
-    rays: _Count
-    metrics: dict[str, _Error] | None  # None where there was no reference
+    rays: Count
+    metrics: dict[str, Error] | None  # None where there was no reference
     settings: dict[str, Any]  # of `Render`; `settings.recorded` reads those of earlier versions
     machine: dict[str, Any]  # settings of `Machine`, "system" and "processor"
     versions: dict[str, str]  # of this program, Python and libraries

@@ -12,7 +12,7 @@ from ..render import warm_up
 from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
 from ..scene.data import SceneData
-from ..settings import BSDF, Machine, Render
+from ..settings import BSDF, MOST_METHODS, MOST_RUNS, Machine, Render
 from ..strings import fault_of_name
 from . import result_file
 from .forecast import Forecast
@@ -146,6 +146,10 @@ def _compile_kernels(experiments: Sequence[Experiment], machine: Machine, progre
 
 def _describe(experiment: Experiment) -> None:
     names = [scene.name for scene in experiment.scenes]
+    if (count := len(experiment.methods)) > MOST_METHODS:
+        raise InputError(f"{experiment.folder}: an experiment of {count} methods; {MOST_METHODS} are the most")
+    if (count := len(names) * len(experiment.methods) * len(experiment.seeds)) > MOST_RUNS:
+        raise InputError(f"{experiment.folder}: an experiment of {count} runs; {MOST_RUNS} are the most")
     if doubles := {name for name in names if names.count(name) > 1}:
         raise InputError(f"two scenes are called {min(doubles)!r}: their results would share a folder")
     for name in (*names, *experiment.methods):

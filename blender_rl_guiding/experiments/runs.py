@@ -165,7 +165,7 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
 
 
 def _sha256(path: Path) -> str:
-    """Of a file: far cheaper than of the pixels, which would have to be decompressed."""
+    """The checksum of a file inside its folder. That of its pixels would take far longer: they are compressed."""
     check_inside(path.parent, path)
     try:
         with typed.opened(path) as file:

@@ -59,7 +59,7 @@ class _File:
 
 
 def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int, machine: Machine) -> Point | None:
-    """The point of `find`, with the truth in the file `path`: as it stands there if it is of just this, or else measured and written.
+    """The point of `find`. Its truth is in the file `path`: if another is there, or none, it is measured and written.
 
     A line tells where the file is damaged. Where there is no point there will be no file.
     """

@@ -16,8 +16,8 @@ from addon.export.stop import Stop, Stopped
 from addon.export.world import read_world
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Loss, Shader
+from tests import mutations
 from tests.addon.trees import node, only, tree_of
-from tests.damage import damaged
 
 PICTURE = np.arange(256 * 512 * 3, dtype=np.float32).reshape(256, 512, 3)
 DISC = np.full((256, 3), 9.0, np.float32)
@@ -125,7 +125,7 @@ def test_damage_never_changes_a_sky(world: bpy.types.World, cycles: Cycles, cach
     read(world)
     (kept,) = cache.iterdir()
     whole = kept.read_bytes()
-    for contents in damaged(whole, flips=60, cuts=10):
+    for _, contents in mutations.of_bytes(whole, seed=1, count=15):
         kept.write_bytes(contents)
         _, losses, resources = read(world)
         assert losses == []

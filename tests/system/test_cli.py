@@ -185,6 +185,8 @@ BAD = {
     "method '' ": [*COMPARE, "bsdf,"],
     "'bsdf' twice": [*COMPARE, "bsdf,uniform,bsdf"],
     "--seeds: 0": [*COMPARE, "bsdf", "--seeds", "0"],
+    "--seeds: 3000000000 is above 100000": [*COMPARE, "bsdf", "--seeds", "3000000000"],
+    "an experiment of 200000 runs; 100000 are the most": [*COMPARE, "bsdf,uniform", "--seeds", "100000"],
     "--jobs: 0": [*COMPARE, "bsdf", "--jobs", "0"],
     "no experiment is called 'slides-d'; there are slides-a,": ["sweep", "slides-a", "slides-d", "--out", "{out}"],
     "no scene a1.blend or a1.npz in {here}": ["sweep", "slides-depth", "--scenes", "{here}", "--out", "{out}"],

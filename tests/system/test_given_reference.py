@@ -89,3 +89,10 @@ def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Eve
     with pytest.raises(InputError, match="leads out of"):
         run([experiment(tmp_path, given(tmp_path, 0.5))], Machine(), 1, silent)
     assert not [*(tmp_path / "elsewhere").iterdir()]
+
+
+def test_an_experiment_of_more_methods_than_figures_can_show_is_refused(silent: Events, tmp_path: Path):
+    many = replace(experiment(tmp_path, given(tmp_path, 0.5)), methods={f"m{k}": Render() for k in range(101)})
+    with pytest.raises(InputError, match="101 methods; 100 are the most"):
+        run([many], Machine(), 1, silent)
+    assert not (tmp_path / "out").exists()

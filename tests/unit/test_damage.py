@@ -17,7 +17,7 @@ from blender_rl_guiding.experiments import figures, result_file, results
 from blender_rl_guiding.experiments.folders import load
 from blender_rl_guiding.experiments.report import write
 from blender_rl_guiding.images import write_exr
-from tests.unit.test_report import make_experiment, page_of, write_figures
+from tests.unit.test_report import change, make_experiment, page_of, write_figures
 
 
 @pytest.fixture(autouse=True)
@@ -36,6 +36,11 @@ def made(_made: Path, tmp_path: Path) -> Path:
     return shutil.copytree(_made, tmp_path / "made")
 
 
+def plan(**values: Any) -> str:
+    """An experiment.json."""
+    return json.dumps({"methods": ["m0"], "scenes": ["s"], "seeds": [0], "baseline": "m0", "command": ""} | values)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
@@ -49,6 +54,8 @@ def made(_made: Path, tmp_path: Path) -> Path:
             '{"methods": ["a", "a"], "scenes": [], "seeds": [0], "baseline": "a", "command": ""}',
             "'a' stands in methods twice",
         ),
+        ("experiment.json", plan(methods=[f"m{k}" for k in range(101)]), "101 methods"),
+        ("experiment.json", plan(seeds=[*range(100_001)]), "100001 runs"),
         ("experiment.json", '{"methods": ["a"], "scenes": ["../x"], "seeds": [0], "baseline": "a", "command": ""}', "cannot be the name"),
     ],
 )
@@ -130,6 +137,34 @@ def test_a_result_with_numbers_that_cannot_be_is_damaged(made: Path, bad: dict[s
     path = made / "c1" / "dqn" / "seed-0" / "result.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | bad))
     assert load(made).damaged[0].startswith("c1/dqn/seed-0/result.json: not a result")
+
+
+@pytest.mark.parametrize("other", [{"scene": "a1"}, {"method": "bsdf"}, {"seed": 1}, {"resolution": [12, 48]}])
+@pytest.mark.parametrize("seed", [0, 1])  # the one that is pictured, and one that is not
+def test_the_result_of_another_run_is_not_this_ones(made: Path, other: dict[str, Any], seed: int):
+    path = made / "c1" / "dqn" / f"seed-{seed}" / "result.json"
+    values = {"seed": seed} | {name: value + seed if name == "seed" else value for name, value in other.items()}
+    change(path, **values)
+    page, found = page_of(made), load(made)
+    (line,) = found.damaged
+    assert line.startswith(f"c1/dqn/seed-{seed}/result.json is of another run: ")
+    assert escape(line) in page
+    assert [run.seed for run in found.runs if run.method == "dqn"] == [1 - seed]
+    assert len(found.runs) == 5
+
+
+@pytest.mark.parametrize("folder", ["c1", "c1/c1/c1", "c", "dqn"])
+def test_a_line_names_the_place_within_the_folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str):
+    """The folder may be called like one that is in it, and is given as it may be."""
+    (made / "c1" / "dqn" / "seed-0" / "result.json").write_text("[]")
+    (made / "c1" / "bsdf" / "seed-0" / "image.exr").unlink()
+    (tmp_path / folder).parent.mkdir(parents=True, exist_ok=True)
+    made.rename(tmp_path / folder)
+    monkeypatch.chdir(tmp_path)
+    lines = {load(place).damaged for place in (Path(folder), tmp_path / folder)}
+    monkeypatch.chdir(tmp_path / folder)
+    (said,) = lines | {load(Path()).damaged}
+    assert [line.split(":")[0] for line in said] == ["c1/dqn/seed-0/result.json", "cannot read c1/bsdf/seed-0/image.exr"]
 
 
 def test_nothing_is_read_or_written_through_a_link_that_leads_out(tmp_path: Path):

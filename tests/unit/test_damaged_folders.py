@@ -82,6 +82,18 @@ def test_any_value_of_any_file(good: Path, tmp_path: Path, name: str):
     assert fine
 
 
+def test_no_text_is_a_formula(good: Path, tmp_path: Path):
+    """With figures, for it is matplotlib that reads formulas."""
+    copy = shutil.copytree(good, tmp_path / "folder")
+    name, fine = "c1/dqn/seed-0/result.json", 0
+    for what, text in mutations.of_json((good / name).read_text()):
+        if what.startswith("settings.guide") and '"$x^$"' in what:
+            (copy / name).write_text(text)
+            with mutations.named(what):
+                fine += not outcome(copy, all_of_it=True)
+    assert fine > 1  # the guide's kind and its error, which the axes' names have in them
+
+
 @pytest.mark.parametrize("name", [*FILES, "c1/reference.exr", "c1/dqn/seed-0/image.exr"])
 def test_any_bytes_of_any_file(good: Path, tmp_path: Path, name: str):
     copy = shutil.copytree(good, tmp_path / "folder")
@@ -128,3 +140,19 @@ def test_the_command_lists_what_is_damaged_and_fails(good: Path, tmp_path: Path,
     said = capsys.readouterr()
     assert said.out.endswith(f"{copy / 'report.html'}\n")
     assert re.fullmatch(r"rlg: \S+: c1/dqn/seed-0/result.json: not a result.*, and 1 more: left out, as the report says\n", said.err)
+
+
+def test_what_failed_and_what_is_damaged_is_told_at_once(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    names = ("none", "damaged", "whole")
+    none, damaged, whole = (shutil.copytree(good, tmp_path / name) for name in names)
+    shutil.rmtree(none / "c1")
+    (damaged / "c1" / "dqn" / "seed-0" / "result.json").write_text("{}")
+    with pytest.raises(InputError) as error:
+        cli._tell([none, damaged, whole], failed=4)
+    parts = str(error.value).split("; ")
+    assert parts[0] == "4 of the runs failed, as told above"
+    assert parts[2] == f"{none}: no run of the experiment is finished"
+    assert parts[3].startswith(f"{damaged}: c1/dqn/seed-0/result.json: not a result")
+    assert len(parts) == 4
+    said = capsys.readouterr().out
+    assert [str(folder / "report.html") in said for folder in (none, damaged, whole)] == [False, True, True]

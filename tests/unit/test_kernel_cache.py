@@ -17,7 +17,7 @@ from numba import types
 
 from blender_rl_guiding import kernel_cache, notices
 from blender_rl_guiding.kernel_cache import Kept
-from tests.damage import damaged
+from tests import mutations
 from tests.patience import PATIENCE
 
 INTEGER, NUMBER = (types.int64,), (types.float64,)
@@ -61,7 +61,7 @@ def test_damage_is_noticed_before_anything_of_it_is_run(tmp_path: Path, told: li
     whole = path.read_bytes()
     assert kernel._cache.load_overload(INTEGER, kernel.targetctx) is not None
     monkeypatch.setattr(pickle, "loads", lambda _: pytest.fail("damage was unpickled"))
-    for contents in damaged(whole, flips=300, cuts=50):
+    for _, contents in mutations.of_bytes(whole, seed=1, count=70):
         told.clear()
         path.write_bytes(contents)
         assert kernel._cache.load_overload(INTEGER, kernel.targetctx) is None

@@ -14,8 +14,7 @@ from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Film
 from blender_rl_guiding.settings import DQN, Machine, QTable, Render
-from tests import scenes
-from tests.damage import damaged
+from tests import mutations, scenes
 from tests.significance import assert_means
 
 MACHINE = Machine(batch=4096)
@@ -151,7 +150,7 @@ def test_a_damaged_truth_is_measured_again_and_told(tmp_path, monkeypatch):
     assert right
     whole = path.read_bytes()
     assert len(measured) == 1
-    for contents in damaged(whole, flips=60, cuts=10):
+    for _, contents in mutations.of_bytes(whole, seed=1, count=15):
         path.write_bytes(contents)
         point = truth.kept(path, scene, ON_FLOOR, -1, MACHINE)
         assert point

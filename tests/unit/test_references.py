@@ -16,8 +16,7 @@ from blender_rl_guiding.experiments.references import BLOCK
 from blender_rl_guiding.images import read_exr, sha256, write_exr
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import Machine, Render
-from tests import scenes
-from tests.damage import damaged
+from tests import mutations, scenes
 
 SCENE, OTHER = scenes.white_cube(8), replace(scenes.white_cube(8), bounces=scenes.bounces(3))
 MACHINE = Machine()
@@ -78,7 +77,7 @@ def test_damage_never_changes_a_pixel(tracer: Tracer, told: list[str], tmp_path:
     (path,) = files(tmp_path)
     whole = path.read_bytes()
     again = 0
-    for contents in damaged(whole, flips=200, cuts=20):
+    for _, contents in mutations.of_bytes(whole, seed=1, count=45):
         path.write_bytes(contents)
         rendered, lines = len(tracer.rendered), len(told)
         np.testing.assert_array_equal(reference(), right)

@@ -18,8 +18,7 @@ from blender_rl_guiding.images import write_exr
 from blender_rl_guiding.metrics import LARGEST, compare, relmse
 from blender_rl_guiding.render import Result, render
 from blender_rl_guiding.settings import Machine, QTable, Render
-from tests import scenes
-from tests.damage import damaged
+from tests import mutations, scenes
 
 SCENE, OTHER = scenes.tiny(8), scenes.tiny(9)
 SETTINGS = Render(spp=2, passes=True, denoise=True, guide=QTable(rows=2, columns=4))
@@ -72,7 +71,7 @@ def test_damage_to_the_record_is_never_believed(folder: Path):
     path = folder / "result.json"
     whole, record = path.read_bytes(), result_file.read(path)
     refused = 0
-    for contents in damaged(whole, flips=1000, cuts=100):
+    for _, contents in mutations.of_bytes(whole, seed=1, count=220):
         path.write_bytes(contents)
         try:
             read = result_file.read(path)
@@ -106,7 +105,7 @@ def test_an_image_that_is_not_the_one_is_refused(name: str, folder: Path):
 
     path = folder / name
     whole = path.read_bytes()
-    for contents in damaged(whole, flips=40, cuts=10):
+    for _, contents in mutations.of_bytes(whole, seed=1, count=11):
         path.write_bytes(contents)
         assert_refused()
     for shape in ((8, 8, 3), (4, 9, 3)):  # of another render, and of another size
