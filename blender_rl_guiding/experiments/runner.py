@@ -52,12 +52,15 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     if len(finished) < len(places):
         for experiment in experiments:
             for scene in experiment.scenes:
-                forewarn(scene, list(experiment.methods.values()), machine, jobs)
+                due = [place for place in _places(experiment) if place.scene is scene and place.folder not in finished]
+                if due:
+                    methods = {place.method: place.settings for place in due}
+                    forewarn(scene, list(methods.values()), machine, min(jobs, len(due)))
         _compile_kernels(experiments, machine, progress)
-    due: list[Task] = []
+    tasks: list[Task] = []
     for experiment in experiments:
-        due += _due(experiment, finished, machine, progress)
-    return _perform(due, machine, jobs, progress)
+        tasks += _due(experiment, finished, machine, progress)
+    return _perform(tasks, machine, jobs, progress)
 
 
 def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progress) -> int:
