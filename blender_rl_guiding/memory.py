@@ -1,36 +1,89 @@
 """How much memory this process can still have. Standard library only: the add-on reads bundles, too."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
-UNKNOWN = 1 << 62  # bytes, where nothing tells: no limit
-_GROUP = Path("/sys/fs/cgroup")  # of a container; the process's own group, where there is a tree of them, is not looked for
+_UNLIMITED = 1 << 62  # bytes
+_PROC = Path("/proc")
+_GROUPS = Path("/sys/fs/cgroup")
+
+
+class _Left(NamedTuple):
+    """Bytes that somebody has left."""
+
+    memory: int = _UNLIMITED
+    swap: int = _UNLIMITED
+    both: int = _UNLIMITED
+
+
+def free() -> int:
+    """Bytes that can be taken without anything being swapped out, within the limits of all control groups around this process."""
+    return min(left.memory for left in _lefts())
 
 
 def available() -> int:
-    """Bytes that can be taken without anything being swapped out, and within the container's limit."""
-    return min(_of_machine(), _of_group())
+    """Bytes that can be taken at all: the `free` ones, and those of swap. More surely fails."""
+    memory, swap, both = map(min, zip(*_lefts(), strict=True))
+    return min(memory + swap, both)
 
 
-def _of_machine() -> int:
+def _lefts() -> list[_Left]:
+    return [_of_machine(), *_of_groups()]
+
+
+def _of_machine() -> _Left:
     try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:"))
-    except (OSError, ValueError, StopIteration):
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if "SC_PHYS_PAGES" in os.sysconf_names else UNKNOWN
+        rows = dict(line.split(":") for line in (_PROC / "meminfo").read_text(encoding="ascii").splitlines())
+        memory, swap = (int(rows[name].split()[0]) * 1024 for name in ("MemAvailable", "SwapFree"))
+    except (OSError, ValueError, LookupError):
+        known = "SC_PHYS_PAGES" in os.sysconf_names
+        return _Left(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if known else _UNLIMITED, 0)
+    return _Left(memory, swap)
 
 
-def _of_group() -> int:
-    """What a control group of version 2 leaves; the files that it has read count as free."""
+def _of_groups() -> Iterator[_Left]:
+    """What the control groups leave that this process is in, from its own to the outermost, of both versions."""
     try:
-        most = int((_GROUP / "memory.max").read_text(encoding="ascii"))
-        taken = int((_GROUP / "memory.current").read_text(encoding="ascii"))
-        cached = next(
-            int(line.split()[1]) for line in (_GROUP / "memory.stat").read_text(encoding="ascii").splitlines() if line.startswith("file ")
-        )
-    except (OSError, ValueError, StopIteration):  # there is none, or it has no limit: "max"
-        return UNKNOWN
-    return max(0, most - taken + cached)
+        lines = (_PROC / "self" / "cgroup").read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):  # another system
+        return
+    for _, controllers, path in (line.split(":", 2) for line in lines):
+        if controllers in ("", "memory"):
+            root, left = (_GROUPS / "memory", _of_version_1) if controllers else (_GROUPS, _of_version_2)
+            own = root / path.removeprefix("/")  # in a container that of the host may be told, which is not there; the root is its own then
+            yield from (left(folder) for folder in (own, *own.parents) if folder.is_relative_to(root))
+
+
+def _of_version_1(group: Path) -> _Left:
+    given_back = _given_back(group, "total_inactive_file", "total_active_file")
+    memory = _difference(group, "memory.limit_in_bytes", "memory.usage_in_bytes")
+    both = _difference(group, "memory.memsw.limit_in_bytes", "memory.memsw.usage_in_bytes")
+    return _Left(memory=max(0, memory + given_back), both=max(0, both + given_back))
+
+
+def _of_version_2(group: Path) -> _Left:
+    given_back = _given_back(group, "inactive_file", "active_file", "slab_reclaimable")
+    memory = _difference(group, "memory.max", "memory.current")
+    return _Left(memory=max(0, memory + given_back), swap=max(0, _difference(group, "memory.swap.max", "memory.swap.current")))
+
+
+def _given_back(group: Path, *names: str) -> int:
+    """Bytes that the kernel takes back when others need them: pages of files, but not of those in memory (/dev/shm)."""
+    try:
+        rows = [line.split() for line in (group / "memory.stat").read_text(encoding="ascii").splitlines()]
+        return sum(int(count) for name, count in rows if name in names)
+    except (OSError, ValueError):
+        return 0
+
+
+def _difference(group: Path, most: str, taken: str) -> int:
+    """The number in one file of a group less that in another; unlimited where there is none, or "max"."""
+    try:
+        return int((group / most).read_text(encoding="ascii")) - int((group / taken).read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return _UNLIMITED
 
 
 def in_words(count: float) -> str:

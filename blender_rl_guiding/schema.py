@@ -213,7 +213,7 @@ def _override(config: SettingsType, changes: Mapping[str, Any], scope: str) -> t
 
 
 def _variant(entry: Entry, present: Settings, kind: str, name: str) -> Settings:
-    if kind not in entry.variants:
+    if not isinstance(kind, str) or kind not in entry.variants:
         raise SettingsError(f"{name}={kind!r} is not one of {', '.join(entry.variants)}{_hint(kind, entry.variants)}")
     return present if present.kind == kind else entry.variants[kind]()
 

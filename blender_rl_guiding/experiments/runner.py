@@ -50,13 +50,13 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
         _describe(experiment)
     places = [place for experiment in experiments for place in _places(experiment)]
     finished = {place.folder: record for place in places if (record := _finished(place, progress))}
-    if len(finished) < len(places):
-        _prepare(experiments, machine, jobs, progress)
+    if unfinished := [place for place in places if place.folder not in finished]:
+        _prepare(experiments, unfinished, machine, jobs, progress)
     due: list[Task] = []
     for experiment in experiments:
         due += _due(experiment, finished, machine, progress)
-    if due and len(finished) == len(places):  # an image turned out to be none of its scene
-        _prepare(experiments, machine, jobs, progress)
+    if due and not unfinished:  # an image turned out to be none of its scene
+        _prepare(experiments, places, machine, jobs, progress)
     return _perform(due, machine, jobs, progress)
 
 
@@ -126,11 +126,12 @@ def _due(experiment: Experiment, finished: Mapping[Path, Record], machine: Machi
     return due
 
 
-def _prepare(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress: Progress) -> None:
-    """What has to come before any run."""
+def _prepare(experiments: Sequence[Experiment], due: Sequence[_Place], machine: Machine, jobs: int, progress: Progress) -> None:
+    """Tell what the runs that are due will take, and have all code compiled before anything is timed."""
     for experiment in experiments:
         for scene in experiment.scenes:
-            forewarn(scene, list(experiment.methods.values()), machine, jobs)
+            if own := [place for place in due if place.scene is scene]:
+                forewarn(scene, list({place.method: place.settings for place in own}.values()), machine, min(jobs, len(own)))
     _compile_kernels(experiments, machine, progress)
 
 

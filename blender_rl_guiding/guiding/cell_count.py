@@ -1,6 +1,7 @@
 """About how many cells a guide will find on a scene, by points drawn on its surfaces, before anything is rendered."""
 
 import math
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -10,15 +11,23 @@ from .cells import cell_size
 from .directions import NORMAL_STEPS
 
 POINTS = 1 << 17
-_BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
+_BLOCK = 1 << 14  # triangles whose arithmetic stays in the cache
+_counted: WeakKeyDictionary[SceneData, dict[int, float]] = WeakKeyDictionary()  # by `along`: every render of a scene asks
 
 
 def cells_found(scene: SceneData, along: int, visits: float) -> float:
-    """Cells, `along` of which lie along the scene's longest side, that so many transitions, evenly over the surfaces, find.
+    """How many cells `visits` transitions will find, if they are spread evenly over all surfaces.
 
-    Surfaces that no path reaches are counted, too, and of those that are reached from both sides one side. In c1, veach-ajar and the
-    kitchen this was 0.7 to 2.5 times what was found.
+    `along`: cells along the scene's longest side. Counts surfaces that no path reaches, and two-sided ones once.
     """
+    counted = _counted.setdefault(scene, {})
+    if along not in counted:
+        counted[along] = _cells(scene, along)
+    return counted[along] * -math.expm1(-visits / counted[along])
+
+
+def _cells(scene: SceneData, along: int) -> float:
+    """Those that surfaces lie in."""
     if not len(scene.triangles):
         return 1.0
     position, normal = _on_surfaces(scene, np.random.default_rng(0))
@@ -27,8 +36,7 @@ def cells_found(scene: SceneData, along: int, visits: float) -> float:
     key = np.zeros(POINTS, np.int64)
     for column in (*steps.T, *turns.T):  # as `directions.cell_key`, whose 16 bits wrap round
         key = key * 1_000_003 + column
-    there = _all(len(np.unique(key)), POINTS)
-    return there * -math.expm1(-visits / there)
+    return _all(len(np.unique(key)), POINTS)
 
 
 def _all(found: int, draws: int) -> float:
@@ -70,6 +78,8 @@ def _areas(scene: SceneData) -> np.ndarray:
     """(T,) areas of all triangles, in their own space."""
     areas = np.empty(len(scene.triangles))
     for start in range(0, len(areas), _BLOCK):
-        a, b, c = scene.vertices[scene.triangles[start : start + _BLOCK].T].astype(np.float64)
-        areas[start : start + _BLOCK] = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        corners = scene.vertices.take(scene.triangles[start : start + _BLOCK].T, axis=0).astype(np.float64)
+        a, b, c = corners.transpose(0, 2, 1)
+        (x, y, z), (u, v, w) = b - a, c - a
+        areas[start : start + _BLOCK] = np.sqrt((y * w - z * v) ** 2 + (z * u - x * w) ** 2 + (x * v - y * u) ** 2) / 2
     return areas

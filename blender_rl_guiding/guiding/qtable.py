@@ -20,6 +20,7 @@ from .patches import mean_cosines, patches_of
 from .saved import Arrays, Saved, below
 
 Parents = list[tuple[np.ndarray, int]]
+LARGEST = 1e30
 LEAST = np.float32(0.01)  # of the mean over the patches, so that none is ever ruled out
 
 
@@ -92,6 +93,8 @@ class QTableGuide:
             "ck,k->c", self._estimate, self._cosines
         )  # a matrix product's rounding may depend on the machine's threads
         weights = np.sqrt(self._borrowed(self._squares, parents)) if s.second_moment else self._estimate
+        weights = np.nan_to_num(weights, nan=0.0, posinf=LARGEST)  # of radiance whose square is none in single precision
+        weights[~weights.any(axis=1)] = 1
         weights = weights + LEAST * weights.mean(axis=1, keepdims=True)
         if s.weights == "product":
             weights *= self._cosines

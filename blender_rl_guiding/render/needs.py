@@ -13,6 +13,7 @@ from ..guiding.cell_count import cells_found
 from ..memory import available, in_words
 from ..scene.data import SceneData
 from ..scene.description import emits
+from ..scene.instances import placed, runs
 from ..settings import DQN, Machine, QTable, Render
 from ..sizes import sizes
 from .path_tracer import MOST_LEARNT
@@ -20,6 +21,8 @@ from .stage import wants_passes
 
 TRANSITION = 68  # bytes of one
 PROGRAM = 250e6  # bytes of a process that renders, before it has a scene
+# At least this much of what is told was taken: of what follows from sizes, and of what depends on where paths go, as cells of guides do.
+MEASURED, GUESSED = 0.75, 0.4
 
 
 class Part(NamedTuple):
@@ -28,37 +31,43 @@ class Part(NamedTuple):
     name: str
     bytes: float
     lower: str  # what makes it less
+    sure: float = MEASURED  # share of `bytes` that is taken whatever happens
 
 
-def parts(scene: SceneData, settings: Render, machine: Machine) -> list[Part]:
-    """All parts, beside what the scene takes already."""
-    return [
+class Needs(NamedTuple):
+    """What a render takes, beside what the scene takes already."""
+
+    total: float  # bytes, about
+    least: float  # bytes
+    largest: Part
+
+    def said(self, total: float) -> str:
+        """How much is needed, for what most of it; `total`: bytes, of all renders that go on at a time."""
+        return f"rendering takes about {in_words(total)} of memory, {in_words(self.largest.bytes)} of it for the {self.largest.name}"
+
+    def lacking(self, free: float) -> str:
+        """What surely does not fit, in one line; empty if it may."""
+        return f"{self.said(self.total)}, but {in_words(free)} are free: lower {self.largest.lower}" if self.least > free else ""
+
+
+def needs(scene: SceneData, settings: Render, machine: Machine, rough: bool = False) -> Needs:
+    """The sum of all parts; a rough one is too high, but looks at no surface."""
+    parts = [
         _image(scene, settings),
         _geometry(scene),
         Part("textures", float(sum(texture.texels.nbytes for texture in scene.textures)), "the size of the scene's textures"),
         _attributes(scene),
-        *_learning(scene, settings, machine),
+        *_learning(scene, settings, machine, rough),
     ]
+    least = sum(part.bytes * part.sure for part in parts)
+    return Needs(sum(part.bytes for part in parts), least, max(parts, key=lambda part: part.bytes))
 
 
 def require(scene: SceneData, settings: Render, machine: Machine) -> None:
-    """InputError where a render cannot fit into the memory that is free."""
-    if fault := lacking(parts(scene, settings, machine), available()):
+    """InputError where a render surely does not fit into the memory that can be had."""
+    free = available()
+    if needs(scene, settings, machine, rough=True).lacking(free) and (fault := needs(scene, settings, machine).lacking(free)):
         raise InputError(fault)
-
-
-def lacking(found: list[Part], free: float) -> str:
-    """What does not fit, with the part that is largest, in one line; empty if all of it does."""
-    total, largest = sum(part.bytes for part in found), max(found, key=lambda part: part.bytes)
-    if total <= free:
-        return ""
-    return f"{said(total, found)}, but {in_words(free)} are free: lower {largest.lower}"
-
-
-def said(total: float, found: list[Part]) -> str:
-    """How much is needed, and for what most of it."""
-    largest = max(found, key=lambda part: part.bytes)
-    return f"rendering takes about {in_words(total)} of memory, {in_words(largest.bytes)} of it for the {largest.name}"
 
 
 def _image(scene: SceneData, settings: Render) -> Part:
@@ -73,11 +82,18 @@ def _image(scene: SceneData, settings: Render) -> Part:
 
 
 def _geometry(scene: SceneData) -> Part:
-    """Embree's tree while it is built, vertices from the scene's origin, and the faces of what emits."""
+    """Embree's trees while they are built, vertices from the scene's origin, and the faces of what emits."""
     shining = np.array([any(map(emits, shader.closures)) for shader in scene.shaders], bool)
     emitting = int(shining[scene.material].sum()) if shining.any() else 0
     size = 20e6 + 110 * len(scene.triangles) + scene.vertices.nbytes + 155 * len(scene.instances) + 300 * emitting
-    return Part("geometry", size, "the number of triangles and instances")
+    size += 4000 * len(scene.meshes) + 600 * _geometries(scene)
+    return Part("geometry", size, "the number of triangles, meshes and instances, or of objects that are hidden from some rays")
+
+
+def _geometries(scene: SceneData) -> int:
+    """How many Embree gets: one for each run of triangles, and of instances of a mesh, that the same kinds of rays see."""
+    of_instances = scene.instances.astype(np.int64) << 32 | scene.visibility[placed(scene) :]
+    return sum(1 for seen in (scene.visibility[scene.object], of_instances) for _ in runs(seen))
 
 
 def _attributes(scene: SceneData) -> Part:
@@ -87,7 +103,7 @@ def _attributes(scene: SceneData) -> Part:
     return Part("attributes of the mesh", float(rows + copied), "the number of triangles, UV maps and colour attributes")
 
 
-def _learning(scene: SceneData, settings: Render, machine: Machine) -> list[Part]:
+def _learning(scene: SceneData, settings: Render, machine: Machine, rough: bool) -> list[Part]:
     guide = settings.guide
     if not isinstance(guide, QTable | DQN):
         return []
@@ -97,10 +113,11 @@ def _learning(scene: SceneData, settings: Render, machine: Machine) -> list[Part
     visits = each_pass * max(settings.spp - 1, 1)
     threads = machine.threads or os.cpu_count() or 1
     room = threads * machine.batch * min(bounces, MOST_LEARNT) * TRANSITION
-    recorded = Part("transitions of a pass", 2.2 * TRANSITION * each_pass + min(room, TRANSITION * each_pass), "the guide's recorded")
-    cells, patches = cells_found(scene, guide.cells, visits), guide.rows * guide.columns
+    size = 2.2 * TRANSITION * each_pass + min(room, TRANSITION * each_pass)
+    recorded = Part("transitions of a pass", size, "the guide's recorded", GUESSED)
+    cells, patches = visits if rough else cells_found(scene, guide.cells, visits), guide.rows * guide.columns
     if isinstance(guide, QTable):
-        return [recorded, Part("table", cells * (400 + 50 * patches), "the guide's cells, rows or columns")]
+        return [recorded, Part("table", cells * (400 + 50 * patches), "the guide's cells, rows or columns", GUESSED)]
     return [recorded, *_network(guide, cells, patches, visits)]
 
 
@@ -110,8 +127,8 @@ def _network(guide: DQN, cells: float, patches: int, visits: float) -> list[Part
     shown = min(guide.batch, guide.memory, visits) * 4 * (2 * inside + 2 * guide.width + 3 * patches)
     table = cells * (300 + 24 * patches + 8 * inside)
     return [
-        Part("replay memory", TRANSITION * min(guide.memory, visits), "the guide's memory"),
+        Part("replay memory", TRANSITION * min(guide.memory, visits), "the guide's memory", GUESSED),
         Part("network", 28.0 * network.parameters, "the guide's width or layers"),
         Part("activations of a batch", float(shown), "the guide's batch, width or layers"),
-        Part("table", table, "the guide's cells, rows or columns"),
+        Part("table", table, "the guide's cells, rows or columns", GUESSED),
     ]

@@ -8,7 +8,8 @@ from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Va
 from ..scene.ops import OPS
 
 NORMAL = Node(0)  # every shader's first step, once it has been through `with_normal`
-MOST_STEPS = 1 << 16  # of a shader with its bumps, of which each has all that is below it computed twice more
+# Of a shader with its bumps, of which each has all that is below it computed twice more; and of all shaders, which takes some 10 s.
+MOST_STEPS, MOST_STEPS_OF_ALL = 1 << 16, 1 << 19
 Change = Callable[[int], Value]
 # Inputs of a Principled BSDF: those that put something on its diffuse base, and those of the base and of the light that it emits by
 # their names in closures of their own.

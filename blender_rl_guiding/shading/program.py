@@ -15,7 +15,17 @@ from ..scene.instances import first_triangles
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
 from .evaluate import Code, run
 from .operands import CODE_REGISTERS, KINDS, NONE, Point, Shading
-from .passes import allocate, changed, constant_steps, with_bumps, with_constants, with_normal, with_simpler_closures, without_idle_steps
+from .passes import (
+    MOST_STEPS_OF_ALL,
+    allocate,
+    changed,
+    constant_steps,
+    with_bumps,
+    with_constants,
+    with_normal,
+    with_simpler_closures,
+    without_idle_steps,
+)
 from .textures import CODES, FLOATS, SRGB_CODES
 
 STEP_COLUMNS, CLOSURE_COLUMNS = 3 + MAX_INPUTS + MAX_OPTIONS, 32
@@ -37,12 +47,15 @@ def compile_alone(shader: Shader, shading: Shading) -> Shading:
 
 
 def _compiled(shaders: tuple[Shader, ...], assets: Shading) -> Shading:
-    program = Program()
+    program, steps = Program(), 0
     for shader in shaders:
         complete = with_normal(shader)
         simple = with_simpler_closures(with_constants(complete, _constants(complete, assets)))
         short = without_idle_steps(simple)
         ready = with_bumps(short, len(assets.attribute_rows) - 1)
+        steps += len(ready.code)
+        if steps > MOST_STEPS_OF_ALL:
+            raise InputError(f"the shaders up to {shader.name!r} have more than {MOST_STEPS_OF_ALL} steps, their bumps' included")
         registers, count = allocate(ready)
         if count > CODE_REGISTERS:
             raise InputError(f"shader {shader.name!r} keeps {count} values at once, but there are {CODE_REGISTERS} registers")

@@ -1,5 +1,6 @@
 """Peaks of memory beside what was foreseen of them: `python -m tests.system.peaks`, on Linux. One line of JSON, ratios by name."""
 
+import ctypes
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +10,9 @@ import numpy as np
 
 from blender_rl_guiding.experiments.runs import save_run
 from blender_rl_guiding.render import render, warm_up
-from blender_rl_guiding.render.needs import parts
+from blender_rl_guiding.render.needs import needs
 from blender_rl_guiding.scene.data import SceneData, Texture
+from blender_rl_guiding.scene.description import CAMERA, VISIBLE
 from blender_rl_guiding.settings import BSDF, Machine, QTable, Render
 from tests import scenes
 
@@ -25,12 +27,41 @@ def status(name: str) -> int:
 
 def ratio(scene: SceneData, settings: Render) -> float:
     """Foreseen over measured bytes of a render that is saved."""
-    foreseen, before = sum(part.bytes for part in parts(scene, settings, MACHINE)), status("VmRSS")
+    ctypes.CDLL(None).malloc_trim(0)  # or memory that is free again would stay with the process
+    foreseen, before = needs(scene, settings, MACHINE).total, status("VmRSS")
     Path("/proc/self/clear_refs").write_text("5")
     result = render(scene, settings, MACHINE)
     with TemporaryDirectory() as folder:
         save_run(Path(folder), scene, "bsdf", settings, MACHINE, result, None)
     return foreseen / (status("VmHWM") - before)
+
+
+def scattered(count: int) -> SceneData:
+    """Small triangles, every second of which the camera does not see."""
+    places = np.random.default_rng(0).random((count, 1, 3))
+    corners = np.float32(places + np.array(((0, 0, 0), (0.01, 0, 0), (0, 0.01, 0))))
+    return replace(
+        ROOM,
+        vertices=corners.reshape(-1, 3),
+        triangles=np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+        normals=np.broadcast_to(np.float32((0, 0, 1)), (count, 3, 3)).copy(),
+        material=np.zeros(count, np.int32),
+        object=np.arange(count, dtype=np.int32),
+        visibility=np.where(np.arange(count) % 2, VISIBLE, VISIBLE - CAMERA).astype(np.uint8),
+    )
+
+
+def meshes(count: int) -> SceneData:
+    """Each of a triangle, and placed once."""
+    scene = scattered(count)
+    return replace(
+        scene,
+        object=scene.object[:0],
+        visibility=np.full(count, VISIBLE, np.uint8),
+        meshes=scene.object,
+        instances=scene.object,
+        instance_to_world=np.broadcast_to(np.eye(3, 4, dtype=np.float32), (count, 3, 4)).copy(),
+    )
 
 
 def main() -> None:
@@ -40,6 +71,8 @@ def main() -> None:
     warm_up(BSDF(), MACHINE)
     warm_up(QTable(), MACHINE)
     found = {
+        "runs of visibility": ratio(scattered(90_000), Render(spp=1)),
+        "meshes": ratio(meshes(30_000), Render(spp=1)),
         "passes": ratio(wide, Render(spp=1, max_bounces=1, passes=True)),
         "textures": ratio(papered, Render(spp=1)),
         "table": ratio(ROOM, Render(spp=33, guide=QTable(cells=64))),

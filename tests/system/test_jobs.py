@@ -1,5 +1,6 @@
 """Several runs at a time: the same results as one after the other, and a run that fails is told and ends no other."""
 
+import io
 import json
 import os
 import subprocess
@@ -10,13 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from blender_rl_guiding.experiments import runner
 from blender_rl_guiding.experiments.pool import perform_all, threads_each
+from blender_rl_guiding.experiments.references import Given
 from blender_rl_guiding.experiments.runs import RENDERED, Judge
 from blender_rl_guiding.experiments.tasks import Outcome, Task
-from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Closure, Shader
-from blender_rl_guiding.settings import Machine, Render
+from blender_rl_guiding.settings import BSDF, Machine, Render
+from blender_rl_guiding.worker import Events
 from tests import scenes
 from tests.patience import PATIENCE
 from tests.system.small import SMALL
@@ -59,6 +63,32 @@ def test_errors_are_recorded_at_powers_of_two_and_losses_at_each_step(rlg, bundl
         assert values["curve"][0]["relmse"] > last["relmse"] > 0
     assert found["uniform"]["losses"] == []
     assert len(found["dqn"]["losses"]) >= sum("loss" in entry for entry in found["dqn"]["curve"]) > 0
+
+
+def test_memory_is_asked_for_the_runs_that_are_due(compiled: None, tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(runner, "forewarn", lambda scene, methods, machine, at_once: asked.append((scene.name, methods, at_once)))
+    brief, longer = Render(spp=1, guide=BSDF()), Render(spp=2, guide=BSDF())
+    names = "one", "two"
+    truth = Given(tmp_path / "grey.exr", "grey")
+    write_exr(truth.path, np.full((4, 4, 3), 0.5, np.float32), {})
+    progress = Events(io.StringIO())
+
+    def run(jobs: int, scene: str, seeds: int, **methods: Render) -> None:
+        room = replace(scenes.tiny(4), name=scene)
+        plan = runner.Experiment(tmp_path / scene, (room,), methods, tuple(range(seeds)), 0, "test", given=truth)
+        assert runner.run([plan], Machine(), jobs, progress) == 0
+
+    for name in names:
+        run(1, name, 2, brief=brief)
+    assert [(name, at_once) for name, _, at_once in asked] == [("one", 1), ("two", 1)]
+    monkeypatch.setattr(runner, "_perform", lambda *given: 0)
+    asked.clear()
+    run(8, "one", 2, brief=brief, longer=longer)
+    assert [(name, [settings.spp for settings in methods], at_once) for name, methods, at_once in asked] == [("one", [2], 2)]
+    asked.clear()
+    run(8, "two", 2, brief=brief)
+    assert asked == []
 
 
 def test_threads_are_shared():
@@ -131,6 +161,7 @@ def test_failed_runs_are_named_reported_missing_and_the_status_tells(rlg, tmp_pa
 MASKS = """
 import signal
 from pathlib import Path
+from blender_rl_guiding.experiments import runner
 from blender_rl_guiding.experiments.pool import _Workers
 from blender_rl_guiding.settings import Machine
 with _Workers(2, Machine(threads=1)) as workers:
@@ -148,6 +179,7 @@ def test_ctrl_c_reaches_no_child():
 PARENT = """
 import multiprocessing, sys
 from pathlib import Path
+from blender_rl_guiding.experiments import runner
 from blender_rl_guiding.experiments.pool import perform_all
 from blender_rl_guiding.settings import Machine
 from tests import scenes

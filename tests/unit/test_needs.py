@@ -1,16 +1,20 @@
 """What renders take of memory is told before: what cannot fit is refused, and its largest part is named."""
 
+import gc
+import weakref
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.guiding import cell_count
 from blender_rl_guiding.guiding.cell_count import cells_found
 from blender_rl_guiding.notices import heard_by
 from blender_rl_guiding.render import beforehand, needs, render
 from blender_rl_guiding.render.beforehand import forewarn
-from blender_rl_guiding.render.needs import parts
+from blender_rl_guiding.render.needs import MEASURED
 from blender_rl_guiding.scene.data import SceneData, Texture
 from blender_rl_guiding.settings import DQN, Machine, QTable, Render
 from tests import scenes
@@ -48,28 +52,73 @@ def test_what_does_not_fit_names_its_largest_part(monkeypatch, part):
         render(scene, settings, MACHINE)
 
 
-def told(monkeypatch, share: float, jobs: int = 1) -> list[str]:
+def told(monkeypatch, share: float, at_once: int = 1, swap: int = 0) -> list[str]:
     """The notes where this share of the free memory is what one render takes."""
     settings, notes = Render(), []
-    total = sum(part.bytes for part in parts(ROOM, settings, MACHINE))
-    monkeypatch.setattr(beforehand, "available", lambda: int(total / share))
+    free = int(needs.needs(ROOM, settings, MACHINE).total / share)
+    monkeypatch.setattr(beforehand, "free", lambda: free)
+    monkeypatch.setattr(beforehand, "available", lambda: free + swap)
     with heard_by(notes.append):
-        forewarn(ROOM, [settings], MACHINE, jobs)
+        forewarn(ROOM, [settings], MACHINE, at_once)
     return notes
 
 
 def test_more_than_half_of_the_memory_is_noted(monkeypatch):
     assert told(monkeypatch, 0.4) == []
-    (note,) = told(monkeypatch, 0.6)
-    assert note.startswith("tiny: rendering takes about 20 MB of memory")
+    for share in (0.6, 1.1):
+        (note,) = told(monkeypatch, share)
+        assert note.startswith("tiny: rendering takes about 20 MB of memory")
+
+
+def test_what_surely_does_not_fit_is_refused_even_with_swap(monkeypatch):
     with pytest.raises(InputError, match="tiny: rendering takes about 20 MB"):
-        told(monkeypatch, 1.1)
+        told(monkeypatch, 1.1 / MEASURED)
+    assert told(monkeypatch, 1.1 / MEASURED, swap=10_000_000)
 
 
 def test_renders_at_a_time_each_take_it_and_a_process(monkeypatch):
     with pytest.raises(InputError, match=r"tiny: 8 renders at a time take about .* are free: lower --jobs to 1"):
-        told(monkeypatch, 0.05, jobs=8)
-    assert told(monkeypatch, 0.01, jobs=2) == []
+        told(monkeypatch, 0.05, at_once=8)
+    assert told(monkeypatch, 0.05, at_once=8, swap=10**10)
+    assert told(monkeypatch, 0.01, at_once=2) == []
+
+
+def test_renders_at_a_time_are_not_all_the_heaviest(monkeypatch):
+    light, heavy = Render(), Render(guide=DQN(layers=16, width=4096, batch=1))
+    sums = [needs.needs(ROOM, settings, MACHINE).least + MEASURED * needs.PROGRAM for settings in (light, heavy)]
+    monkeypatch.setattr(beforehand, "available", lambda: 2 * sums[1])
+    forewarn(ROOM, [light, heavy], MACHINE, 2)
+    with pytest.raises(InputError, match="2 renders at a time"):
+        forewarn(ROOM, [heavy], MACHINE, 2)
+
+
+CITY = QTable(cells=1024, rows=64, columns=128)  # of which nobody knows how many cells paths will find
+
+
+@pytest.mark.parametrize(("share", "fits"), [(0.9 * needs.GUESSED, False), (1.1 * needs.GUESSED, True)])
+def test_tables_of_guides_are_refused_by_what_they_take_at_least(monkeypatch, share, fits):
+    settings = Render(spp=100, guide=CITY)
+    monkeypatch.setattr(needs, "available", lambda: share * needs.needs(ROOM, settings, MACHINE).total)
+    with nullcontext() if fits else pytest.raises(InputError, match="for the table"):
+        needs.require(ROOM, settings, MACHINE)
+
+
+def test_surfaces_are_looked_at_once_and_only_where_it_matters(monkeypatch):
+    looks, scene, on_surfaces = [], sized(8, 8), cell_count._on_surfaces
+    monkeypatch.setattr(cell_count, "_on_surfaces", lambda *given: looks.append(1) or on_surfaces(*given))
+    light, heavy = Render(spp=2, guide=QTable()), Render(spp=100, guide=CITY)
+    needs.require(scene, light, MACHINE)
+    assert not looks  # whatever is found, it fits
+    free = needs.needs(scene, heavy, MACHINE).total
+    monkeypatch.setattr(needs, "available", lambda: free)
+    for _ in range(3):
+        needs.require(scene, heavy, MACHINE)
+        forewarn(scene, [heavy, replace(heavy, seed=2)], MACHINE)
+    assert len(looks) == 1
+    kept = weakref.ref(scene)
+    del scene
+    gc.collect()
+    assert kept() is None
 
 
 @pytest.mark.parametrize("along", [4, 16])

@@ -98,6 +98,18 @@ def test_table_holds_what_was_learnt(weights, second_moment):
     np.testing.assert_array_equal(cdf[:, -1], 1)
 
 
+def test_radiance_whose_square_is_infinite_leaves_directions():
+    guide, n = new_guide(), 500
+    rng = np.random.default_rng(1)
+    bright = np.where(np.arange(n) % 3, 1.0, 3e38)
+    for _ in range(2):
+        with np.errstate(over="ignore"):
+            guide.learn(transitions(rng.uniform(-1, 1, (n, 3)), bright, np.zeros(n), np.zeros((n, 3))))
+    cdf = guide.directions().cdf
+    assert np.isfinite(cdf).all()
+    np.testing.assert_array_equal(cdf[:, -1], 1)
+
+
 def test_no_patch_is_ruled_out():
     guide, n = new_guide(), 5000
     rng = np.random.default_rng(1)

@@ -160,12 +160,12 @@ def test_without_a_cache_references_are_rendered_all_the_same(
 ):
     right = reference()
     (path,) = files(tmp_path)
-    path.parent.chmod(0o777)
+    (tmp_path / "cache").chmod(0o777)  # which is not ours to close
     write_exr(path, np.zeros_like(right), {})
     for _ in range(2):
         np.testing.assert_array_equal(reference(), right)
     assert all("others can write to" in line for line in told)
-    path.parent.chmod(0o700)
+    (tmp_path / "cache").chmod(0o700)
     path.unlink()
 
     def full(*_: object) -> None:

@@ -143,6 +143,12 @@ def test_override_keeps_the_present_variant():
     assert override(Render(guide=DQN(width=8)), {"guide": "bsdf"}).guide == BSDF()
 
 
+@pytest.mark.parametrize("kind", [None, 3, [], ["dqn"], {"kind": "dqn"}])
+def test_override_by_what_is_no_variant_is_refused(kind):
+    with pytest.raises(SettingsError, match="guide="):
+        override(Render(), {"guide": kind})
+
+
 def test_override_of_a_variant_that_is_not_chosen_is_refused():
     assert "'dqn' is not chosen" in refused("dqn.width=8", override, Render(), {"dqn.width": 8})
     refused("frequency.octaves=2", override, Render(guide=DQN(encoder=NoEncoding())), {"frequency.octaves": 2})

@@ -1,5 +1,7 @@
 """How shaders become arrays: folding, idle steps, registers, bumps, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData, Texture
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader
 from blender_rl_guiding.scene.ops import OPS
+from blender_rl_guiding.shading import program
 from blender_rl_guiding.shading.evaluate import Code
 from blender_rl_guiding.shading.operands import CODE_REGISTERS, KINDS, NONE, REGISTERS
 from blender_rl_guiding.shading.passes import allocate
@@ -185,3 +188,18 @@ def test_the_height_of_a_bump_may_stand_in_its_color_too():
 
 def test_a_flat_bump_leaves_the_normal():
     np.testing.assert_allclose(color(Instruction("bump", (0.7, 1.0, 1.0), options=(0,))), (0, 0, 1))
+
+
+def test_steps_of_all_shaders_are_limited(monkeypatch):
+    shaders = [replace(shaded.shader(*bump(*chain(9))), name=f"bumpy {k}") for k in range(3)]
+    world = replace(shaders[0], name="sky")
+    scene = shaded.scene(tuple(shaders), TRIANGLE[None])
+    each = len(compile_shaders(scene).code) // 3
+    assert each > 3 * 9
+    monkeypatch.setattr(program, "MOST_STEPS_OF_ALL", 3 * each)
+    assert len(compile_shaders(scene).code) == 3 * each
+    for last in ({"shaders": (*shaders, shaders[0])}, {"world": world}):
+        with pytest.raises(
+            InputError, match=rf"^the shaders up to '(bumpy 0|sky)' have more than {3 * each} steps, their bumps' included$"
+        ):
+            compile_shaders(replace(scene, **last))
