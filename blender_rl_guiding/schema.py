@@ -181,10 +181,10 @@ def override(config: SettingsType, changes: Mapping[str, Any]) -> SettingsType:
     known = dict(flags(type(config)))
     for name in changes:
         if name not in known:
-            raise SettingsError(f"no setting is called {name!r}{_hint(name, known)}")
+            raise SettingsError(f"no setting is called {shown(name)}{_hint(name, known)}")
     result, used = _override(config, changes, "")
     for name in changes.keys() - used:
-        raise SettingsError(f"{name}={changes[name]} has no effect: {name.split('.')[0]!r} is not chosen")
+        raise SettingsError(f"{name}={shown(changes[name])} has no effect: {name.split('.')[0]!r} is not chosen")
     return result
 
 
@@ -214,7 +214,7 @@ def _override(config: SettingsType, changes: Mapping[str, Any], scope: str) -> t
 
 def _variant(entry: Entry, present: Settings, kind: str, name: str) -> Settings:
     if not isinstance(kind, str) or kind not in entry.variants:
-        raise SettingsError(f"{name}={kind!r} is not one of {', '.join(entry.variants)}{_hint(kind, entry.variants)}")
+        raise SettingsError(f"{name}={shown(kind)} is not one of {', '.join(entry.variants)}{_hint(kind, entry.variants)}")
     return present if present.kind == kind else entry.variants[kind]()
 
 

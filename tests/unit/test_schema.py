@@ -149,6 +149,13 @@ def test_override_by_what_is_no_variant_is_refused(kind):
         override(Render(), {"guide": kind})
 
 
+@pytest.mark.parametrize("changes", [{"dqn.tau": [0] * 5000}, {"x" * 5000: 1}, {"guide": "x" * 5000}, {"spp": "1" * 5000}])
+def test_long_values_make_no_long_lines(changes):
+    with pytest.raises(SettingsError) as info:
+        override(Render(), changes)
+    assert len(str(info.value)) < 300
+
+
 def test_override_of_a_variant_that_is_not_chosen_is_refused():
     assert "'dqn' is not chosen" in refused("dqn.width=8", override, Render(), {"dqn.width": 8})
     refused("frequency.octaves=2", override, Render(guide=DQN(encoder=NoEncoding())), {"frequency.octaves": 2})
