@@ -124,7 +124,7 @@ def _lead_out(copy: Path, rng: random.Random) -> str:
     kind, (scene, *_) = rng.choice(("scenes", "methods")), plan["scenes"]
     old = plan[kind][0]
     where = copy if kind == "scenes" else copy / scene
-    up = "../" * rng.choice((1, 2, 3) if kind == "scenes" else (1, 2, 3, 4))
+    up = "../" * rng.choice((1, 2) if kind == "scenes" else (1, 2, 3))  # to places where the campaign itself may write
     name = rng.choice((f"a/../{up}x", f"{up}x", str(copy.parent / "x")))
     (where / "a").mkdir()
     shutil.copytree(where / old, where / name, dirs_exist_ok=True)
