@@ -230,7 +230,8 @@ def _long(wanted: Length, value: Any, name: str) -> Any:
     return value
 
 
-_SHORT = reprlib.Repr(maxlevel=3, maxstring=60, maxlong=60, maxother=60)
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxlong, _SHORT.maxother = 3, 60, 60, 60
 
 
 def shown(value: Any) -> str:

@@ -6,7 +6,7 @@ from .result import Result
 
 def left(state: Result, settings: Render) -> float:
     """Seconds that remain: tracing and learning, each by what it took so far; no more than the time limit leaves."""
-    samples = state.film.samples
+    samples = state.taken
     tracing = (state.seconds - state.learn_seconds) / samples * (settings.spp - samples)
     done, to_do = _learning(state, settings)
     seconds = tracing + (state.learn_seconds / done * to_do if done else 0.0)
@@ -20,7 +20,7 @@ def share(state: Result, settings: Render) -> float:
 
 def _learning(state: Result, settings: Render) -> tuple[int, int]:
     """How much is learnt, and how much is to come: steps of training, or passes of a sample. Nothing is learnt from the last pass."""
-    guide, done, passes = settings.guide, state.film.samples, max(0, settings.spp - 1 - state.film.samples)
+    guide, done, passes = settings.guide, state.taken, max(0, settings.spp - 1 - state.taken)
     if not isinstance(guide, DQN):
         return done, passes
     return state.steps, min(max(0, guide.first_steps - state.steps) + passes * guide.steps, guide.max_steps - state.steps)

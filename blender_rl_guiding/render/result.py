@@ -14,9 +14,9 @@ class Result:
 
     film: Film
     guide: Guide  # as far as it has learnt
-    taken: int = 0  # samples of each pixel, but for those that were not noisy any more
     seconds: float = 0.0  # wall time of tracing and learning
     learn_seconds: float = 0.0
+    taken: int = 0  # samples of each pixel, but for those that were not noisy any more
     steps: int = 0  # of training
     rays: int = 0  # closest-hit and shadow rays
     vertices_per_path: float = 0.0  # of the last pass

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import uuid
 from collections.abc import Callable, Iterator
@@ -171,11 +172,12 @@ def test_the_reference_by_cycles(killed: Callable[..., None], blend: Path, tmp_p
 
 
 def test_f12_and_the_next_start_sweeps_what_it_left(
-    killed: Callable[..., None], blend: Path, temporary: Path, compiled: None, tmp_path: Path
+    killed: Callable[..., None], blend: Path, temporary: Path, compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     killed(F12, blend, tmp_path, child="blender_rl_guiding.worker", ready=tmp_path / "now")
     (left,) = temporary.glob("rlg-*")
     assert (left / "scene.npz").exists()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
     sweep(temporary)
     assert not left.exists()
 

@@ -14,9 +14,7 @@ LEARNER = DQN(first_steps=300, steps=20)
 
 
 def state(samples: int, seconds: float, learning: float = 0.0, steps: int = 0) -> Result:
-    film = Film(2, 2)
-    film.sums.samples[:] = samples
-    return Result(film, make_guide(BSDF(), scenes.tiny(2), 0), seconds, learning, steps=steps)
+    return Result(Film(2, 2), make_guide(BSDF(), scenes.tiny(2), 0), seconds, learning, samples, steps)
 
 
 @pytest.mark.parametrize(
