@@ -69,15 +69,20 @@ class Fuzz:
         self._guard.place = copy
         try:
             if rng.random() < 0.25:
-                return self._resumed(copy)
+                return self._resumed(copy, said)
             json.dumps(reported(copy))
         finally:
             self._guard.place = self._guard.work
         return "accepted", ""
 
-    def _resumed(self, copy: Path) -> tuple[str, str]:
-        """The comparison goes on from a damaged folder, and ends in the numbers of one that was never damaged."""
+    def _resumed(self, copy: Path, damage: list[str]) -> tuple[str, str]:
+        """The comparison goes on from a damaged folder, and ends in the numbers of one that was never damaged.
+
+        A folder in the place of a file is nobody's to remove: the run fails with a line.
+        """
         failed = compared(self._bundle, copy)
+        if failed and any(said.endswith(": folder") for said in damage):
+            return "refused", ""
         if failed:
             raise FoundError(f"lost: {failed} runs failed")
         reported(copy)

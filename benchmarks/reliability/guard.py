@@ -20,7 +20,7 @@ _PATHS = (
 _FOLLOWS = ("os.chmod", "os.chown")
 _PAIRS = ("os.rename", "os.link", "os.symlink", "shutil.move", "shutil.copyfile")
 _STARTS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "socket.connect", "webbrowser.open")
-_HARMLESS = ("fc-list",)  # matplotlib looks for fonts, once
+_HARMLESS = ("fc-list", "/sbin/ldconfig")  # libraries look for fonts and for others, once
 
 _active: "list[tuple[Guard, list[str]]]" = []  # an audit hook stays for ever: it looks here whether anybody wants to know
 _hooked = False

@@ -75,6 +75,8 @@ def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
     foggy.cycles.samples = 1
     bpy.ops.render.render()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "foggy.blend"))
+    bpy.context.view_layer.update()
+    bpy.ops.wm.save_mainfile()
 
     def state() -> tuple:
         bpy.data.images["Render Result"].save_render(str(tmp_path / "result.png"))
