@@ -75,8 +75,6 @@ def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
     foggy.cycles.samples = 1
     bpy.ops.render.render()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "foggy.blend"))
-    bpy.context.view_layer.update()
-    bpy.ops.wm.save_mainfile()
 
     def state() -> tuple:
         bpy.data.images["Render Result"].save_render(str(tmp_path / "result.png"))
@@ -87,8 +85,7 @@ def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
 
     before = state()
     assert [loss.object for loss in check(foggy)[0]] == ["Scene", "Fog", "Plane"]
-    assert state() == before
-    assert bpy.app.version < (5, 0) or before[2] is False  # before 5.0 the bpy module takes every file for changed
+    assert state() == before  # is_dirty included, where it is not set anyway: before 5.0 always, in the bpy module later, too, at times
 
 
 def test_check_scene_is_no_render_to_others(foggy: bpy.types.Scene):
