@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
@@ -66,6 +67,14 @@ def save_with_bad_name(what: str, scene: bpy.types.Scene, material: bpy.types.Ma
     path.write_bytes(path.read_bytes().replace(MARK, BAD))
 
 
+@pytest.fixture
+def untouched() -> Iterator[None]:
+    """Whoever opens a file leaves a Blender that takes each later one for changed, even saved, once another is opened in it."""
+    yield
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+@pytest.mark.usefixtures("untouched")
 @pytest.mark.parametrize("what", NAMED)
 def test_a_name_that_is_no_text_costs_a_line_or_nothing(
     what: str, scene: bpy.types.Scene, new_material, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
