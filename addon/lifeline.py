@@ -1,4 +1,4 @@
-"""How a Blender that the add-on or the renderer has started ends with its parent: its stdin is a pipe that only the parent can write to.
+"""Ends a Blender with its parent: its stdin is a pipe that only the parent can write to.
 
 However the parent ends, the system closes the pipe. This file stands alone, in a Blender without the add-on.
 """

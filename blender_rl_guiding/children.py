@@ -1,4 +1,4 @@
-"""Programs that are run for a while: none outlives the block that needs it, nor this process, however that ends."""
+"""Runs programs that end with the block that needs them, and with this process, however it ends."""
 
 import signal
 import subprocess

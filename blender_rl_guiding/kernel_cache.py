@@ -38,7 +38,7 @@ class Kept(NullCache):
         self._folder, self._function = folder, function
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """What is kept for these types; None where that is nothing, or damaged, which a line tells."""
+        """The compiled code for these types; None if there is none, or it is damaged, which a line tells."""
         target_context.refresh()
         path = self._path(sig, target_context.codegen())
         try:

@@ -36,7 +36,7 @@ def _has_kernels(file: Path) -> bool:
     return b"kernels import" in source or b"import numba" in source
 
 
-# With NUMBA_BOUNDSCHECK=1 kernels compare every index with its array, and raise IndexError: for hunting faults, at two thirds of the speed.
+# With NUMBA_BOUNDSCHECK=1 kernels compare every index with its array, and raise IndexError: for hunting faults, at 0.6 of the speed.
 CHECKED = bool(getattr(numba.core.config, "BOUNDSCHECK"))  # noqa: B009  # unknown to the type checker
 _FOLDER = cache.folder("kernels", source_key(Path(__file__).parent) + ("-checked" if CHECKED else ""))
 if _FOLDER:

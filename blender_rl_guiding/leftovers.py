@@ -1,4 +1,4 @@
-"""Temporary files and folders that tell whose they are, so that the next start sweeps away those of processes that were killed."""
+"""Names temporary files and folders after their process, and removes those of processes that were killed."""
 
 import contextlib
 import functools

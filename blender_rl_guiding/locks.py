@@ -1,4 +1,4 @@
-"""Folders that results are written to: one program at a time writes to each, and says there who it is."""
+"""Locks folders of results: one program at a time writes to each, and its name stands there."""
 
 import contextlib
 import fcntl
@@ -93,6 +93,6 @@ def _ourselves() -> str:
 
 
 def _holder(lock: int) -> str:
-    """What the holder says of itself, in one line that is fit to be shown, whatever it is."""
+    """The holder's name, in one line of printable characters."""
     said = os.pread(lock, 400, 0).decode(errors="replace")
     return "".join(c if c.isprintable() else " " for c in said).strip() or "another program"

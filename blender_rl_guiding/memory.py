@@ -44,7 +44,7 @@ def _of_machine() -> _Left:
 
 
 def _of_groups() -> Iterator[_Left]:
-    """What the control groups leave that this process is in, from its own to the outermost, of both versions."""
+    """The room left in each control group of this process, of both versions, from its own to the outermost."""
     try:
         lines = (_PROC / "self" / "cgroup").read_text(encoding="utf-8").splitlines()
     except (OSError, ValueError):  # another system

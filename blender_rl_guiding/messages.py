@@ -69,7 +69,7 @@ class Render:
 
 @dataclass(frozen=True)
 class Reference:
-    """What is compared with: so many samples, or a file with what it is called in the report."""
+    """The reference: a number of samples, or a file and its name in the report."""
 
     spp: _Positive | None = None
     file: _Path | None = None
@@ -135,7 +135,7 @@ class Note:
 
 @dataclass(frozen=True)
 class Status:
-    """What is going on, and the share of it that is done."""
+    """The step under way, and the share of it that is done."""
 
     text: str
     share: _Share

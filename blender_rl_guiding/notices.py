@@ -1,4 +1,4 @@
-"""Lines for the user from places that know of no console: what was damaged and is made again, what is not kept.
+"""Lines for the user from code without a console: "is damaged: made again", "cannot be kept".
 
 Standard library only: the add-on tells some, too.
 """

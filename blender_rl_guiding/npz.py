@@ -51,7 +51,7 @@ class Archive:
 
     @property
     def bytes(self) -> int:
-        """What all arrays take in memory, as the file claims. `array` proves it before it takes any."""
+        """Bytes of all arrays, as the file claims. `array` checks the claim before it takes memory."""
         return sum(info.file_size for info in self._members.values())
 
     def text(self, name: str) -> str:

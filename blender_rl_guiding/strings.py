@@ -1,4 +1,4 @@
-"""Text that others chose: what of it can be the name of a file, and how a terminal may show it.
+"""Text of strangers: the rule for names of files, and what a terminal may show.
 
 Standard library only: Blender's own Python (3.11 or newer) imports this.
 """

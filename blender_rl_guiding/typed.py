@@ -1,4 +1,4 @@
-"""Values of annotated types, made of what JSON has of them. Whatever is read from a file that anyone may have written goes through here.
+"""Reads JSON into values of annotated types. All JSON that strangers may have written goes through here.
 
 Standard library only: bundles are written by Blender's own Python (3.11 or newer), which imports this with them.
 """
@@ -54,7 +54,7 @@ _NUMBER = int | float
 
 
 def load(path: Path) -> Any:
-    """What the JSON of a file says. OSError where it cannot be read, MalformedError where it is none."""
+    """Parse a JSON file. OSError if it cannot be read, MalformedError if it is none."""
     with opened(path) as file:
         text = file.read(LARGEST + 1)
     if len(text) > LARGEST or PARSED * len(text) > available():
@@ -76,7 +76,7 @@ def _without_waiting(path: str, flags: int) -> int:
 
 
 def parse(text: str | bytes) -> Any:
-    """What JSON says. MalformedError where it is none, or nested too deeply to be any of ours."""
+    """Parse JSON. MalformedError if it is none, or too deeply nested."""
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:

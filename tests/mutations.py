@@ -24,7 +24,7 @@ EXTREMES = (
 
 
 def of_json(text: str) -> Iterator[tuple[str, str]]:
-    """What was done, and the text that it made: each value as each extreme, without it, and twice where it stands in a list."""
+    """(description, text) for each value of the JSON: replaced by each extreme, removed, and doubled in its list."""
     for path in _paths(json.loads(text)):
         marked = json.dumps(_changed(json.loads(text), path, _MARK))
         for extreme in EXTREMES:

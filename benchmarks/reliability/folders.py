@@ -1,4 +1,4 @@
-"""Damaged folders of results: what reports, hands over and goes on from them takes them, or says one line, and stays inside."""
+"""Damaged folders of results: report, hand-over and resume take them or say one line, and write nothing outside."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""What a campaign has tried and found so far: kept in a file, so that it goes on where it was interrupted, and told in the end."""
+"""The state of a campaign in a file, so that it goes on after an interrupt; and its table at the end."""
 
 import hashlib
 import json

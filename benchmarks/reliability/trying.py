@@ -1,4 +1,4 @@
-"""Trying damaged inputs, many in a process: what may come of each is a result or one line; anything else is a finding.
+"""Tries damaged inputs, many in a process. Each must end as a result or as one line; anything else is a finding.
 
 `python -m benchmarks.reliability.trying KIND ROOT SEED FIRST END OPTIONS` writes an outcome a line; a crash or a hang ends it.
 """

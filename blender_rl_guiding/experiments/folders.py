@@ -1,4 +1,4 @@
-"""Reads an experiment's folder, which anyone may have made. What is damaged is told and left out; the rest is still a report."""
+"""Reads an experiment's folder, which anyone may have made. Damaged runs are listed and left out; the others make the report."""
 
 import hashlib
 import os
@@ -110,14 +110,14 @@ def load(folder: Path) -> Results:
 
 
 class _Damage:
-    """What is damaged in a folder, in the order in which it was found."""
+    """Collects the errors of a folder, in the order of finding."""
 
     def __init__(self, folder: Path) -> None:
         self.found = list[str]()
         self._inside = re.compile(f"(^|^cannot read ){re.escape(printable(f'{folder}{os.sep}'))}")
 
     def without[T](self, read: Callable[..., T | None], *args: Any) -> list[T]:
-        """What was read: one, or none where it is damaged or not there."""
+        """A list of the value that `read` returns; empty if it is None or damaged."""
         try:
             value = read(*args)
         except InputError as error:

@@ -1,4 +1,4 @@
-"""result.json, what a run's folder tells of it: one declaration for its writer and all its readers."""
+"""result.json: one declaration for its writer and all its readers."""
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -19,7 +19,7 @@ Number = Annotated[float, Range(-1e30, 1e30)]
 
 @dataclass(frozen=True)
 class Learnt:
-    """What a guide has learnt of the radiance that arrives at the point that a pixel sees."""
+    """A guide's Q at the point that a pixel sees."""
 
     pixel: tuple[int, int]  # column and row, from the top left
     rows: Patches
@@ -56,7 +56,7 @@ class Record:
 
 
 def read(path: Path) -> Record:
-    """What a result.json says. InputError where it cannot be read, is none, or is not as it was written."""
+    """Read a result.json. InputError if it cannot be read, is none, or its seal does not fit."""
     record = sealed.load(Record, path, "a result")
     if record.images and not record.sha256:  # which came together
         raise InputError(f"{path}: not a result, or damaged (it is not as it was written)")

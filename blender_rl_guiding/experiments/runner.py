@@ -96,7 +96,7 @@ def _places(experiment: Experiment) -> Iterator[_Place]:
 
 
 def _finished(place: _Place, progress: Progress) -> Record | None:
-    """What is kept of a run from before; a line tells what of it is not believed."""
+    """The record of a run that is done; None if there is none or it is damaged, which a line tells."""
     try:
         return finished_run(place.folder, place.scene, place.settings)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Files of JSON that say by themselves whether they are as they were written: "sha256" is that of all the rest."""
+"""JSON files with a seal: "sha256" is the checksum of all the rest."""
 
 import hashlib
 import json
@@ -18,7 +18,7 @@ def write(path: Path, values: dict[str, Any], indent: int | None = None) -> None
 
 
 def load[T](kind: type[T], path: Path, what: str) -> T:
-    """What a file says, `what` it should be, as the dataclass `kind`. One without a seal, if `kind` can be, is of an earlier version.
+    """Read a file as the dataclass `kind`, called `what` in errors. Files of earlier versions have no seal, if `kind` allows that.
 
     InputError where it cannot be read, is something else, or is not as it was written.
     """

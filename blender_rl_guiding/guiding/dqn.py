@@ -167,7 +167,7 @@ class DQNGuide:
 
 
 def _state_of(rng: np.random.Generator) -> Arrays:
-    """What drawing changes of a generator of this seed: a number of 128 bits, and half of a drawn one that waits for its use."""
+    """The state of a generator, but for its seed: a counter of 128 bits, and the unused half of the last number."""
     state = rng.bit_generator.state
     low, high = state["state"]["state"] & (1 << 64) - 1, state["state"]["state"] >> 64
     return {"rng": np.array([low, high, state["has_uint32"], state["uinteger"]], np.uint64)}

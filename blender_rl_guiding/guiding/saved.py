@@ -1,4 +1,4 @@
-"""What a guide's state is written as and read from: arrays by name, of a file that anyone may have made."""
+"""A guide's state in a file: arrays by name. Anyone may have made the file."""
 
 import hashlib
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What is told before a render begins, whoever begins it."""
+"""Warnings before a render: lamps that are left to chance, and memory. Every door calls `forewarn`."""
 
 from collections.abc import Sequence
 from statistics import fmean

@@ -1,4 +1,4 @@
-"""Checkpoints: files with all that a render has come to, from which it goes on to the same bits after any end."""
+"""Checkpoints: files from which an interrupted render goes on to the same bits."""
 
 import hashlib
 import json

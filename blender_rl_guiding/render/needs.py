@@ -1,4 +1,4 @@
-"""What a render will take of memory, part by part, told before any of it is taken.
+"""Estimates the memory of a render, part by part, before any of it is taken.
 
 Bytes beyond those of the arrays themselves were measured, by processes whose peak is one part's: tests/system/test_memory.py.
 """
@@ -35,7 +35,7 @@ class Part(NamedTuple):
 
 
 class Needs(NamedTuple):
-    """What a render takes, beside what the scene takes already."""
+    """The memory of a render, beyond that of the scene's arrays."""
 
     total: float  # bytes, about
     least: float  # bytes
@@ -46,7 +46,7 @@ class Needs(NamedTuple):
         return f"rendering takes about {in_words(total)} of memory, {in_words(self.largest.bytes)} of it for the {self.largest.name}"
 
     def lacking(self, free: float) -> str:
-        """What surely does not fit, in one line; empty if it may."""
+        """One line if the render surely does not fit; empty if it may."""
         return f"{self.said(self.total)}, but {in_words(free)} are free: lower {self.largest.lower}" if self.least > free else ""
 
 

@@ -1,4 +1,4 @@
-"""What a render has come to, at its end and on the way there."""
+"""The state of a render, on its way and at its end."""
 
 from dataclasses import dataclass, field
 
@@ -10,7 +10,7 @@ from .film import Film
 
 @dataclass
 class Result:
-    """What a render has to show so far; after an interrupt `film` holds those samples of the pass under way that were taken, too."""
+    """The state of a render. After an interrupt, `film` also holds a part of the samples of the pass under way."""
 
     film: Film
     guide: Guide  # as far as it has learnt

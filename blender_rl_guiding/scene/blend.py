@@ -115,7 +115,7 @@ def _coverage(child: Child, blend: Path) -> tuple[Loss, ...]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the exporter says of its work."""
+    """The exporter's answer."""
 
     ok: str = ""  # the bundle
     error: str = ""  # one line; empty where all went well

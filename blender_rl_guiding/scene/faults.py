@@ -22,7 +22,7 @@ def find_fault(scene: SceneData) -> str:
 
 
 def find_misfit(scene: SceneData) -> str:
-    """What does not fit together in a scene whose types and limits have been checked as it was read, in one line.
+    """The first inconsistency of a scene, in one line. Its types and limits were checked when it was read.
 
     Kernels compare no index with its array. So each that a bundle brings is proven here to lie inside, those of shaders' options by
     `shading.program.check`; what is computed from numbers is kept inside where it is computed.
@@ -47,7 +47,7 @@ def find_misfit(scene: SceneData) -> str:
 
 
 def _misdescribed(kind: Any, values: dict[str, Any], name: str) -> str:
-    """What `typed.read` finds wrong with what would be written to a bundle."""
+    """The error of `typed.read` on the header that would be written to a bundle."""
     try:
         read(kind, json.loads(json.dumps(values)), name)
     except MalformedError as error:

@@ -80,7 +80,7 @@ class View:
 
     @classmethod
     def from_json(cls, text: str) -> "View":
-        """What `to_json` made the text of. MalformedError where it is something else."""
+        """Inverse of `to_json`. MalformedError on any other text."""
         return read(cls, parse(text), "the view")
 
     def check_none(self, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What is foreseen of a render's memory is what it takes, by the peaks of a process."""
+"""The estimate of a render's memory agrees with the peak of a process."""
 
 import json
 import subprocess

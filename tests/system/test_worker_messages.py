@@ -40,7 +40,7 @@ NO_JOBS = [
 
 
 def mutated(count: int) -> list[bytes]:
-    """Jobs of which one value is another. What is a job nevertheless fails, for there is no bundle, or is nothing."""
+    """Jobs with one value changed. None succeeds: there is no bundle."""
     lines = []
     for name, values in JOBS.items():
         found = mutations.of_json(json.dumps({"job": name} | values))

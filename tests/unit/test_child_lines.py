@@ -1,4 +1,4 @@
-"""What children say in JSON, what they are told in it, and settings in it: whatever it is, it is one of ours or one line of error."""
+"""Lines of JSON to and from child processes: any other line is one error."""
 
 import json
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""What is damaged in a run folder, kind by kind: told in a line, and left out of a report that says so."""
+"""Each kind of damage in a run folder: the report leaves the run out, and a line tells why."""
 
 import hashlib
 import json

@@ -41,7 +41,7 @@ def _small_and_few(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def outcome(folder: Path, all_of_it: bool = False) -> str:
-    """What is made of a folder, slow things too or not; empty where nothing is damaged, the first line about damage otherwise."""
+    """Report on a folder; return the first line about damage, or nothing. `all_of_it`: draw figures and tables, too, which is slow."""
     outside = listing(folder.parent)
     try:
         results = report.write(folder)

@@ -1,4 +1,4 @@
-"""What this process can still have, on machines and in control groups of all kinds, as the kernel tells it."""
+"""Free memory is read right on all kinds of machines and control groups."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What renders take of memory is told before: what cannot fit is refused, and its largest part is named."""
+"""A render tells its memory beforehand. One that cannot fit is refused, and the line names the largest part."""
 
 import gc
 import weakref
