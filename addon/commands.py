@@ -28,7 +28,7 @@ from blender_rl_guiding.scene.view import AUTO, add_view, chosen_view
 from blender_rl_guiding.settings import Machine, Render
 from blender_rl_guiding.strings import say
 
-from . import environment
+from . import installation as environment
 from .capture import captured
 from .comparison import running
 from .comparison.operators import PATIENCE, job_of

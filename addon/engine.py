@@ -14,7 +14,8 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
 
-from . import coverage, environment, worker_client
+from . import coverage, worker_client
+from . import installation as environment
 from .export.coverage import in_blender
 from .export.motion import FrameSet
 from .export.scene import export

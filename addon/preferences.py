@@ -7,7 +7,7 @@ import bpy
 from blender_rl_guiding.environment import Part
 from blender_rl_guiding.errors import InputError
 
-from .environment import Check, check, python
+from .installation import Check, check, python
 
 INTERVAL = 0.1  # seconds between two looks at a check under way
 LETTER = 7.0  # pixels of a label's letter, at a scale of 1

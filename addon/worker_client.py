@@ -1,4 +1,4 @@
-"""The renderer as a child process, as `blender_rl_guiding.worker` describes it: starts it, speaks lines of JSON with it, ends it."""
+"""The renderer as a child process, as `blender_rl_guiding.doors.worker` describes it: starts it, speaks lines of JSON with it, ends it."""
 
 import json
 import queue
@@ -28,7 +28,7 @@ class Worker:
             # Isolated (-I) from the variables by which Blender, or the user, tells another Python what to import. A session of its
             # own, so that Ctrl-C in Blender's terminal is Blender's.
             self._child = subprocess.Popen(
-                [str(python), "-I", "-m", "blender_rl_guiding.worker"],
+                [str(python), "-I", "-m", "blender_rl_guiding.doors.worker"],
                 stdin=pipe, stdout=pipe, stderr=self._complaints, start_new_session=True,
             )  # fmt: skip
         except OSError as error:

@@ -17,7 +17,7 @@ from .cornell import cornell_box
 def prepare(name: str, scene: str, samples: int) -> tuple[str, programs.Renderer]:
     """A program that is ready to render the scene."""
     if name == "ours":
-        from blender_rl_guiding.scene.blend import open_scene
+        from blender_rl_guiding.opening.blend import open_scene
 
         return programs.ours(cornell_box() if scene == "cornell" else open_scene(Path(scene)), samples)
     if name == "cycles":

@@ -16,7 +16,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import addon
-from addon import environment
+from addon import installation as environment
 from tests.blender.driving import Step, drive
 
 ENGINE, PLACE, PYTHON, RESULT = sys.argv[-4:]

@@ -76,7 +76,7 @@ class Settings:
             object.__setattr__(self, entry.name, _checked(entry, getattr(self, entry.name), f"{self.kind}.{entry.name}"))
 
 
-SettingsType = TypeVar("SettingsType", bound=Settings)  # not PEP 695: Blender 4.5 runs this file on Python 3.11
+SettingsType = TypeVar("SettingsType", bound=Settings)
 
 
 Variants = dict[str, type[Settings]]  # by kind

@@ -6,8 +6,8 @@ import numpy as np
 
 from blender_rl_guiding.bsdf import surface
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.references import ref
-from blender_rl_guiding.sampling import F, store, vector
+from blender_rl_guiding.kernels.pointers import ref
+from blender_rl_guiding.kernels.sampling import F, store, vector
 from blender_rl_guiding.scene.description import CLOSURES
 from blender_rl_guiding.shading.operands import KINDS, NONE, Point, Shading
 from blender_rl_guiding.shading.program import closure_inputs

@@ -9,8 +9,9 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+_T = TypeVar("_T")
 _MARK = "@here@"
 # As JSON has them, or as Python's own reader takes them. What JSON cannot say is the text of a number that no type of ours holds.
 EXTREMES = (
@@ -131,7 +132,7 @@ def named(what: str) -> Iterator[None]:
         raise
 
 
-def some[T](mutations: Iterable[T], count: int, seed: int) -> list[T]:
+def some(mutations: Iterable[_T], count: int, seed: int) -> list[_T]:
     """So many of them, from anywhere, in their order; all where there are not more."""
     found = list(mutations)
     chosen = sorted(random.Random(seed).sample(range(len(found)), min(count, len(found))))

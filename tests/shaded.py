@@ -3,8 +3,8 @@
 import numpy as np
 
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.references import ref
-from blender_rl_guiding.sampling import F, store, vector
+from blender_rl_guiding.kernels.pointers import ref
+from blender_rl_guiding.kernels.sampling import F, store, vector
 from blender_rl_guiding.scene.data import SceneData, Texture
 from blender_rl_guiding.scene.description import CAMERA, IDENTITY, Camera, Closure, Instruction, Node, Shader
 from blender_rl_guiding.shading.evaluate import run

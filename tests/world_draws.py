@@ -1,8 +1,8 @@
 """Draws from a world's map and suns, with the density of each: a kernel for tests, as parts cannot be called from Python."""
 
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels.sampling import store
 from blender_rl_guiding.lights.world import sample_world, world_pdf
-from blender_rl_guiding.sampling import store
 
 
 @kernel

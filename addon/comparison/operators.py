@@ -12,7 +12,7 @@ from blender_rl_guiding.errors import InputError, check_writable
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.strings import printable
 
-from .. import environment
+from .. import installation as environment
 from ..capture import captured
 from ..engine import machine
 from . import methods, results, running

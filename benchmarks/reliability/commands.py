@@ -37,7 +37,7 @@ SMALL = (  # a network that learns in no time
 
 def called(*arguments: object) -> tuple[int, str]:
     """`rlg` with arguments, in this process; its status and what it said on stderr."""
-    from blender_rl_guiding import cli
+    from blender_rl_guiding.doors import cli
 
     with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.redirect_stdout(io.StringIO()):
         try:
@@ -49,8 +49,8 @@ def called(*arguments: object) -> tuple[int, str]:
 
 def knows(flag: str) -> bool:
     """Whether `rlg render` has a flag."""
-    from blender_rl_guiding.cli import COMMANDS
-    from blender_rl_guiding.parser import parser
+    from blender_rl_guiding.doors.cli import COMMANDS
+    from blender_rl_guiding.doors.parser import parser
 
     with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.suppress(SystemExit):
         parser(COMMANDS).parse_args(["render", "--help"])
@@ -58,7 +58,7 @@ def knows(flag: str) -> bool:
 
 
 # `rlg`, whose checkpoints may follow each other as fast as they can be written.
-_PROGRAM = "import sys; from blender_rl_guiding.render import checkpoint; from blender_rl_guiding.cli import main; " + (
+_PROGRAM = "import sys; from blender_rl_guiding.render import checkpoint; from blender_rl_guiding.doors.cli import main; " + (
     "checkpoint.SHARE = 0; sys.exit(main())"
 )
 

@@ -27,7 +27,7 @@ class Talk:
     def __init__(self, folder: Path) -> None:
         self._words = (folder / "worker.stderr").open("w+b")
         pipe = subprocess.PIPE
-        command = [sys.executable, "-m", "blender_rl_guiding.worker"]
+        command = [sys.executable, "-m", "blender_rl_guiding.doors.worker"]
         self._child = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=self._words, cwd=folder, start_new_session=True)
         self._events: queue.Queue[bytes] = queue.Queue()
         threading.Thread(target=self._listen, daemon=True).start()

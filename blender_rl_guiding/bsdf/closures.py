@@ -3,7 +3,7 @@
 import math
 
 from ..kernels import part
-from ..sampling import F, multiply, scale
+from ..kernels.sampling import F, multiply, scale
 from . import diffuse, glass, glossy, oren_nayar, sheen, translucent
 from .frames import turned
 from .fresnel import normal_reflectance

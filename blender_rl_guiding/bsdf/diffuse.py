@@ -1,7 +1,7 @@
 """Lambert's diffuse reflection, f = albedo / pi, and what all lobes share that are sampled by the cosine."""
 
 from ..kernels import part
-from ..sampling import INV_PI, F, cosine_hemisphere, dot, scale, tangents, to_world
+from ..kernels.sampling import INV_PI, F, cosine_hemisphere, dot, scale, tangents, to_world
 from .lobe import DIFFUSE, NORMAL, WEIGHT, get, write
 
 

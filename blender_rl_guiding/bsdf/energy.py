@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F
+from ..kernels.sampling import F
 
 # Kernels hold these as constants.
 _tables = np.load(Path(__file__).with_name("tables.npz"))

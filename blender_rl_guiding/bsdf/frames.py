@@ -3,7 +3,7 @@
 import math
 
 from ..kernels import part
-from ..sampling import TWO_PI, F, add, cross, dot, normalize, scale, tangents
+from ..kernels.sampling import TWO_PI, F, add, cross, dot, normalize, scale, tangents
 
 
 @part

@@ -6,7 +6,7 @@ An ior is that of the far side over that of wo's side.
 import math
 
 from ..kernels import part
-from ..sampling import F, scale
+from ..kernels.sampling import F, scale
 
 _F82 = (6 / 7) ** 5  # Schlick's (1 - cos)^5 where cos = 1/7, about 82 degrees
 

@@ -5,7 +5,7 @@ microfacets that would have to be seen from behind transmit nothing; its samplin
 """
 
 from ..kernels import part
-from ..sampling import F, add, cross, dot, multiply, normalize, scale, subtract
+from ..kernels.sampling import F, add, cross, dot, multiply, normalize, scale, subtract
 from . import energy, fresnel
 from .glossy import SINGULAR_ALPHA2, half_vector, mirrored
 from .lobe import (

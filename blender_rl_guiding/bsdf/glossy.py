@@ -1,7 +1,7 @@
 """Microfacet reflection: GGX with one of three Fresnel curves, turned with a tangent where it is anisotropic."""
 
 from ..kernels import part
-from ..sampling import F, add, cross, dot, multiply, normalize, scale, subtract, tangents, to_local, to_world
+from ..kernels.sampling import F, add, cross, dot, multiply, normalize, scale, subtract, tangents, to_local, to_world
 from . import energy, fresnel
 from .frames import frame
 from .lobe import ALPHA_X, ALPHA_Y, F0, F82, FRESNEL, GLOSSY, IOR, NORMAL, SINGULAR, TANGENT, WEIGHT, get, put, write

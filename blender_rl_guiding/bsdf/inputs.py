@@ -6,7 +6,7 @@ Passing all shaders to every function of a lobe would cost each call a hundred a
 from collections import namedtuple
 
 from ..kernels import merged, part
-from ..sampling import F, store, vector
+from ..kernels.sampling import F, store, vector
 from ..scene.description import CLOSURES
 from ..shading.operands import CODE_REGISTERS, KINDS, REGISTERS
 from .lobe import normalized

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F, dot, luminance, normalize
+from ..kernels.sampling import F, dot, luminance, normalize
 
 LOBES, COLUMNS = 65, 32  # shape of the scratch array: as many as Cycles keeps, and a last row, so that writing needs no test
 CUTOFF = F(1e-5)  # lobes of a smaller albedo are left out

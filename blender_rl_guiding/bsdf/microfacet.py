@@ -6,7 +6,7 @@ Sources: Walter et al. 2007; Heitz 2014, 2018; sampling after Dupuy and Benyoub 
 import math
 
 from ..kernels import part
-from ..sampling import INV_PI, PI, F, circle, normalize
+from ..kernels.sampling import INV_PI, PI, F, circle, normalize
 
 
 @part

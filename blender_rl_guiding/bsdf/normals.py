@@ -3,7 +3,7 @@
 import math
 
 from ..kernels import part
-from ..sampling import F, add, dot, scale, subtract
+from ..kernels.sampling import F, add, dot, scale, subtract
 from .lobe import NORMAL, SMOOTH_NORMAL, get, normalized
 from .microfacet import smith
 

@@ -6,7 +6,7 @@ Sources: Fujii, "A tiny improvement of Oren-Nayar reflectance model"; Portsmouth
 import math
 
 from ..kernels import part
-from ..sampling import INV_PI, PI, F, add, dot, multiply, scale
+from ..kernels.sampling import INV_PI, PI, F, add, dot, multiply, scale
 from .fresnel import saturate
 from .lobe import ALPHA_X, ALPHA_Y, F0, NORMAL, OREN_NAYAR, WEIGHT, get, put, write
 

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from ..kernels import kernel, part
-from ..sampling import F
+from ..kernels.sampling import F
 from . import fresnel, microfacet
 
 SIZE, SIZE_3D = 32, 16

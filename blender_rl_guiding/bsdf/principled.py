@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from ..kernels import part
-from ..sampling import F, multiply, scale
+from ..kernels.sampling import F, multiply, scale
 from . import diffuse, fresnel, glass, glossy, oren_nayar, sheen
 from .closures import aspect, relative_ior
 from .frames import turned

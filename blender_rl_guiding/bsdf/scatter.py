@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F, add, luminance
+from ..kernels.sampling import F, add, luminance
 from . import closures, principled
 from .inputs import columns, gather, kind
 from .lobe import ALBEDO, BUMPED, DIFFUSE, KIND, NORMAL, PROBABILITY, WEIGHT, put

@@ -6,7 +6,7 @@ In the frame whose first axis lies towards wo, x' = a x + b z, y' = a y, z' = z 
 import math
 
 from ..kernels import part
-from ..sampling import INV_PI, F, circle, dot, normalize, scale, to_local, to_world
+from ..kernels.sampling import INV_PI, F, circle, dot, normalize, scale, to_local, to_world
 from .energy import sheen_fit
 from .frames import frame
 from .lobe import ALPHA_X, ALPHA_Y, NORMAL, SHEEN, TANGENT, WEIGHT, get, put, write

@@ -9,7 +9,7 @@ surfaces would show at the terminator.
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F, add, dot, scale
+from ..kernels.sampling import F, add, dot, scale
 from ..scene import ray_kinds
 from . import diffuse, glass, glossy, oren_nayar, sheen, translucent
 from .lobe import (

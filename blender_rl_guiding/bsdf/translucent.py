@@ -1,7 +1,7 @@
 """Diffuse transmission: Lambert's lobe on the far side."""
 
 from ..kernels import part
-from ..sampling import INV_PI, F, dot, scale
+from ..kernels.sampling import INV_PI, F, dot, scale
 from . import diffuse
 from .lobe import NORMAL, TRANSLUCENT, WEIGHT, get, write
 

@@ -1,1 +1,1 @@
-"""Experiments: what is compared, how it is run, and what is told about it."""
+"""Runs what is to be compared, and keeps what comes out in folders."""

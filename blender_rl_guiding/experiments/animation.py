@@ -7,12 +7,12 @@ from itertools import zip_longest
 from pathlib import Path
 
 from ..errors import InputError
+from ..opening.frames import Frames, exporting_frames
 from ..render import Result, render, warm_up
 from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
 from ..render.estimate import share
 from ..scene.data import SceneData
-from ..scene.frames import Frames, exporting_frames
 from ..scene.view import View
 from ..settings import Machine, Render
 from .progress import Progress

@@ -10,11 +10,12 @@ from ..guiding.cells import CellTable
 from ..guiding.directions import UNKNOWN
 from ..images import png
 from ..render import Result
+from ..report import discs
+from ..report.disc_figure import Disc, Group, figure
 from ..scene.data import SceneData
 from ..settings import Guide as GuideSettings
 from ..settings import Machine, Render
-from . import discs, probe, truth
-from .disc_figure import Disc, Group, figure
+from . import probe, truth
 
 GREY, WHITE, BLACK = 128, 255, 0
 _SIDE = 1.9  # inches

@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..guiding.base import Guide
 from ..guiding.cells import CellTable
 from ..guiding.directions import UNKNOWN
-from ..metrics import LARGEST
+from ..images.metrics import LARGEST
 from ..render import render
 from ..scene.data import SceneData
 from ..scene.description import Camera, Film

@@ -11,16 +11,16 @@ from ..images import sha256, write_exr
 from ..render import warm_up
 from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
+from ..report import result_file
+from ..report.result_file import Record
 from ..scene.data import SceneData
 from ..settings import BSDF, MOST_METHODS, MOST_RUNS, Machine, Render
 from ..strings import fault_of_name
-from . import result_file
 from .forecast import Forecast
 from .pool import perform_all
 from .probe import Point, learns, pixel_of
 from .progress import Progress
 from .references import Given, read_given, reference
-from .result_file import Record
 from .runs import RENDERED, Judge, finished_run, judged_again
 from .tasks import Outcome, Pace, Task
 from .truth import kept

@@ -14,13 +14,13 @@ import numpy as np
 from .. import __version__, typed
 from ..errors import InputError, check_inside
 from ..images import read_exr, write_exr, write_layers, write_png
-from ..metrics import compare, mape_display, relmse
+from ..images.metrics import compare, mape_display, relmse
 from ..render import Result
+from ..report import result_file
+from ..report.result_file import Learnt, Record
 from ..scene.data import SceneData
 from ..schema import to_dict
 from ..settings import Machine, Render, recorded
-from . import result_file
-from .result_file import Learnt, Record
 
 RENDERED = "rendered"  # the key of references that are rendered here: they only get better
 ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import InputError
-from ..metrics import compare
+from ..images.metrics import compare
 from ..render import Result, render
 from ..render.checkpoint import in_folder
 from ..render.estimate import left, share

@@ -10,10 +10,10 @@ from ..guiding.patches import hemisphere
 from ..notices import tell
 from ..render import render
 from ..render.checkpoint import program
+from ..report import sealed
 from ..scene.data import SceneData
 from ..scene.description import Camera, Film
 from ..settings import Machine, Render
-from . import sealed
 from .probe import LUMINANCE, Point, find, rounded
 
 ROWS, COLUMNS = 60, 120  # of the truth: the patches of most methods are made of whole ones of these

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..bits import mix
 from ..kernels import kernel, part
-from ..sampling import F, vector
+from ..kernels.bits import mix
+from ..kernels.sampling import F, vector
 from ..scene.data import SceneData
 from .directions import UNKNOWN, Cells, cell_key, find_cell
 from .saved import Arrays, Saved

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bits import mix
 from ..kernels import part
-from ..sampling import TWO_PI, F, pick
+from ..kernels.bits import mix
+from ..kernels.sampling import TWO_PI, F, pick
 from .patches import patch_of, sample_patch
 
 NORMAL_STEPS = 2  # a normal's components are rounded to halves, so that no axis-aligned normal lies on a boundary

@@ -11,7 +11,7 @@ from ..settings import DQN
 
 _BETA1, _BETA2, _EPSILON = 0.9, 0.999, 1e-8
 
-type Schedule = Callable[[int], float]  # the step size of each step, the first being 0
+Schedule = Callable[[int], float]  # the step size of each step, the first being 0
 
 
 class Optimiser(Protocol):

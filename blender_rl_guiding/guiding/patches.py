@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ..kernels import kernel, part
-from ..sampling import TWO_PI, F, circle, place, tangents, to_local, vector
+from ..kernels.sampling import TWO_PI, F, circle, place, tangents, to_local, vector
 from ..scene.description import Camera
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import kernel, part
-from ..sampling import F
+from ..kernels.sampling import F
 
 
 class Alias(NamedTuple):

@@ -7,13 +7,13 @@ import numpy as np
 from ..bsdf.surface import emission
 from ..errors import InputError
 from ..kernels import kernel, part
-from ..references import ref
-from ..sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
+from ..kernels.pointers import ref
+from ..kernels.sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
 from ..scene.data import SceneData
 from ..scene.description import CLOSURES, Shader, emits
-from ..scene.geometry import shading_normal
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
+from ..tracing.geometry import shading_normal
 from .inverse import Inverse, draw, inverse_table
 from .lamp_shaders import lamp_light, shaded_lamps
 from .lamps import power

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
-from ..references import ref
-from ..sampling import F, add, multiply, scale, stream, subtract, uniform2
+from ..kernels.pointers import ref
+from ..kernels.sampling import F, add, multiply, scale, stream, subtract, uniform2
 from ..scene.data import SceneData
 from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..kernels import part
-from ..sampling import INV_PI, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
+from ..kernels.sampling import INV_PI, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
 from ..scene.description import Lamp
 from ..scene.ray_kinds import EMITTERS, seen_by
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F
+from ..kernels.sampling import F
 from .lamps import AREA, AXIS_X, AXIS_Y, HEIGHT, HITTABLE, KIND, POSITION, RADIUS, SUN, WIDTH
 
 _EVERYWHERE = 1e30

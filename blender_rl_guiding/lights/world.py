@@ -8,8 +8,8 @@ import numpy as np
 
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
-from ..references import ref
-from ..sampling import PI, TWO_PI, F, circle, cross, dot, place, scale, store, vector
+from ..kernels.pointers import ref
+from ..kernels.sampling import PI, TWO_PI, F, circle, cross, dot, place, scale, store, vector
 from ..shading.evaluate import run
 from ..shading.operands import REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw

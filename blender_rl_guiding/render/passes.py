@@ -8,7 +8,7 @@ import numpy as np
 
 from ..guiding.base import Transitions, empty_transitions
 from ..guiding.directions import Directions
-from ..sampling import F
+from ..kernels.sampling import F
 from ..scene.data import SceneData
 from ..settings import Machine, Render
 from .film import Film

@@ -12,15 +12,15 @@ import numpy as np
 from ..bsdf import surface as bsdf
 from ..guiding import directions as guide
 from ..kernels import kernel, part
+from ..kernels.pointers import ref
+from ..kernels.sampling import F, add, dot, finer, luminance, multiply, scale, store, stream, tangents, to_local, to_world, uniform2, vector
 from ..lights.emitters import sample_light
-from ..references import ref
-from ..sampling import F, add, dot, finer, luminance, multiply, scale, store, stream, tangents, to_local, to_world, uniform2, vector
-from ..scene.camera import camera_ray
-from ..scene.geometry import FAR, U, V, closest, facing, hit_point, object_hit, off_surface
 from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, TRANSLUCENT, TRANSMISSION
-from ..scene.terminator import shadow_ray
 from ..shading.evaluate import run
 from ..shading.operands import make_point
+from ..tracing.camera import camera_ray
+from ..tracing.geometry import FAR, U, V, closest, facing, hit_point, object_hit, off_surface
+from ..tracing.terminator import shadow_ray
 from .visibility import ONE, ZERO, lamps_met, passes_on, seen_by, stands_alone, surroundings
 
 # Pairs of random numbers. Every choice has a number of its own, so that each is stratified, and none depends on another.

@@ -8,14 +8,14 @@ from ..bsdf.surface import COLUMNS, LOBES
 from ..guiding.base import Transitions, empty_transitions
 from ..lights.emitters import Lights, lights
 from ..lights.lamps import HITTABLE
-from ..scene.camera import Lens, lens
 from ..scene.data import SceneData
 from ..scene.description import CLOSURES
-from ..scene.geometry import Geometry, Rays, Surface, rays
 from ..scene.ray_kinds import EMITTERS, WORLD, seen_by
 from ..settings import Render
 from ..shading.operands import KINDS, NONE, REGISTERS, Shading
 from ..shading.program import compile_shaders
+from ..tracing.camera import Lens, lens
+from ..tracing.geometry import Geometry, Rays, Surface, rays
 
 ALPHA = list(CLOSURES["principled"]).index("alpha")
 

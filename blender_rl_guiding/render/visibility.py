@@ -4,17 +4,17 @@ import numpy as np
 
 from ..bsdf import surface as bsdf
 from ..kernels import part
+from ..kernels.pointers import ref
+from ..kernels.sampling import F, add, luminance, multiply, scale
 from ..lights.lamp_shaders import lamp_light
 from ..lights.lamps import HITTABLE, SHADOW, VISIBILITY
 from ..lights.lamps import hit as hit_lamp
 from ..lights.tree import crosses, inverse
 from ..lights.world import world_pdf, world_radiance
-from ..references import ref
-from ..sampling import F, add, luminance, multiply, scale
-from ..scene.geometry import FAR, U, V, closest, facing, hit_point, object_hit, occluded, off_surface
 from ..scene.ray_kinds import SHADOW as SHADOW_RAY
 from ..shading.evaluate import run
 from ..shading.operands import make_point
+from ..tracing.geometry import FAR, U, V, closest, facing, hit_point, object_hit, occluded, off_surface
 
 ZERO, ONE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ..kernels import part
-from ..sampling import PI, F
+from ..kernels.sampling import PI, F
 from ..scene.ops import Clamp, Ease, Math
 
 ROUNDING, CURVES, ANGLES = Math.ROUND.value, Math.TRUNC.value, Math.LOGARITHM.value  # where groups of operations begin

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F
+from ..kernels.sampling import F
 from ..scene.ops import Blend, Space
 from .arithmetic import divide, lerp, saturate
 

@@ -3,8 +3,8 @@
 from enum import IntEnum
 
 from ..kernels import part
-from ..references import ref
-from ..sampling import F, store
+from ..kernels.pointers import ref
+from ..kernels.sampling import F, store
 from . import arithmetic, colors, geometry, procedural, sky, textures, vectors
 from .operands import value
 

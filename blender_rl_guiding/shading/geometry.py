@@ -3,10 +3,10 @@
 import math
 
 from ..kernels import part, unlikely
-from ..sampling import F, add, dot, scale, subtract, tangents
+from ..kernels.sampling import F, add, dot, scale, subtract, tangents
 from ..scene.ops import Light, Weight
-from ..scene.placing import step_to_mesh
 from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSLUCENT, TRANSMISSION
+from ..tracing.placing import step_to_mesh
 from .arithmetic import lerp, saturate
 from .operands import NONE, Point
 from .vectors import combine, cross, unit

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import part
-from ..sampling import F
+from ..kernels.sampling import F
 from ..scene.description import CLOSURES
 
 KINDS = tuple(CLOSURES)  # a closure's kind is its place here

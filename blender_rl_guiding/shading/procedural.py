@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ..kernels import part
-from ..sampling import INV_PI, F
+from ..kernels.sampling import INV_PI, F
 from ..scene.ops import Gradient, Result
 from .arithmetic import lerp, saturate
 

@@ -7,15 +7,15 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernels import kernel
-from ..references import ref
-from ..sampling import F
+from ..kernels.pointers import ref
+from ..kernels.sampling import F
 from ..scene.data import SceneData, Texture
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
 from ..scene.instances import first_triangles
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
 from .evaluate import Code, run
 from .operands import CODE_REGISTERS, KINDS, NONE, Point, Shading
-from .passes import (
+from .rewriting import (
     MOST_STEPS_OF_ALL,
     allocate,
     changed,

@@ -3,7 +3,7 @@
 import math
 
 from ..kernels import part
-from ..sampling import F, add, dot, scale, subtract
+from ..kernels.sampling import F, add, dot, scale, subtract
 from .textures import INTERPOLATE, ramp
 
 LIMB = F(0.6)  # how much darker the disc is at its edge

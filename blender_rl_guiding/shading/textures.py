@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..kernels import part
-from ..sampling import INV_PI, F
+from ..kernels.sampling import INV_PI, F
 from ..scene.ops import Alpha, Extension, Interpolation, Projection
 from .arithmetic import lerp, saturate
 from .vectors import unit

@@ -6,7 +6,7 @@ What has no value in the reals is 0, as in Cycles.
 import math
 
 from ..kernels import part
-from ..sampling import F, add, dot, multiply, normalize, scale, subtract
+from ..kernels.sampling import F, add, dot, multiply, normalize, scale, subtract
 from ..scene.ops import Mapping, VectorMath
 from .arithmetic import divide, number_math
 

@@ -7,7 +7,7 @@ import OpenEXR
 
 from blender_rl_guiding.errors import atomic
 from blender_rl_guiding.experiments.references import reference
-from blender_rl_guiding.scene.blend import open_scene
+from blender_rl_guiding.opening.blend import open_scene
 from blender_rl_guiding.settings import Machine
 
 SPP = 1024

@@ -10,15 +10,16 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import commands, environment, worker_client
+from addon import commands, worker_client
+from addon import installation as environment
 from addon.comparison import methods, operators, slots, workspace
 from addon.comparison.panels import RLG_PT_compare_method
 from addon.comparison.properties import BUDGETS, MEASURES, REFERENCES
 from addon.properties import write
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.experiments.handover import MEASURES as MEASURED
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.render import render
+from blender_rl_guiding.report.handover import MEASURES as MEASURED
 from blender_rl_guiding.schema import flags
 from blender_rl_guiding.settings import BSDF, DQN, PRESETS, QTable, Render, Uniform, method
 from tests.addon.layout import context, drawn

@@ -8,7 +8,8 @@ import bpy
 import pytest
 from mathutils import Vector
 
-from addon import commands, environment, worker_client
+from addon import commands, worker_client
+from addon import installation as environment
 from addon.comparison import picking, running
 from addon.comparison.steps import working
 from benchmarks.cornell import cornell_box

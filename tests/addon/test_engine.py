@@ -11,7 +11,8 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from addon import engine, environment, worker_client
+from addon import engine, worker_client
+from addon import installation as environment
 from addon.capture import captured
 from addon.engine import PASSES, status_line
 from addon.export import by_cycles

@@ -10,8 +10,9 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import environment, preferences
-from addon.environment import CHOOSE, SETUP
+from addon import installation as environment
+from addon import preferences
+from addon.installation import CHOOSE, SETUP
 from addon.preferences import RLG_OT_check_environment
 from blender_rl_guiding.environment import Part, announce, pointer
 from blender_rl_guiding.errors import InputError

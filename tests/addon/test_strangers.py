@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from addon import environment
+from addon import installation as environment
 from addon.comparison import methods, operators, show_operators
 from addon.comparison.properties import CHOSEN
 from blender_rl_guiding.errors import InputError

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene import blend
+from blender_rl_guiding.opening import blend
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.description import Closure, Loss
 from tests.blender.blenders import EXECUTABLE, ROOT

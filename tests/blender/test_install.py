@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding import __version__
-from blender_rl_guiding.cli import main as rlg
+from blender_rl_guiding.doors.cli import main as rlg
 from blender_rl_guiding.images import read_exr
 from tests.blender import blenders
 from tests.blender.blenders import ROOT

@@ -33,13 +33,13 @@ bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 EXPORT = """
 import sys
 from pathlib import Path
-from blender_rl_guiding.scene.blend import export
+from blender_rl_guiding.opening.blend import export
 export(Path(sys.argv[1]), Path(sys.argv[2], "out.npz"), blender=Path(sys.argv[3]) if sys.argv[3:] else None)
 """
 FRAMES = """
 import sys
 from pathlib import Path
-from blender_rl_guiding.scene.frames import exporting_frames
+from blender_rl_guiding.opening.frames import exporting_frames
 from blender_rl_guiding.scene.view import View
 with exporting_frames(Path(sys.argv[1]), View()) as frames:
     frames.source()
@@ -49,7 +49,7 @@ with exporting_frames(Path(sys.argv[1]), View()) as frames:
 IDLE = """
 import sys
 from pathlib import Path
-from blender_rl_guiding.scene.frames import exporting_frames
+from blender_rl_guiding.opening.frames import exporting_frames
 from blender_rl_guiding.scene.view import View
 with exporting_frames(Path(sys.argv[1]), View()) as frames:
     frames.source()
@@ -174,7 +174,7 @@ def test_the_reference_by_cycles(killed: Callable[..., None], blend: Path, tmp_p
 def test_f12_and_the_next_start_sweeps_what_it_left(
     killed: Callable[..., None], blend: Path, temporary: Path, compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    killed(F12, blend, tmp_path, child="blender_rl_guiding.worker", ready=tmp_path / "now")
+    killed(F12, blend, tmp_path, child="blender_rl_guiding.doors.worker", ready=tmp_path / "now")
     (left,) = temporary.glob("rlg-*")
     assert (left / "scene.npz").exists()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.scene import blend
+from blender_rl_guiding.opening import blend
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.data import SceneData
 

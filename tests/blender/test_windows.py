@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from blender_rl_guiding.images import read_exr
-from blender_rl_guiding.metrics import relmse
+from blender_rl_guiding.images.metrics import relmse
 from tests.blender.blenders import EXECUTABLE, ROOT
 from tests.blender.test_export import C1, needs_executable
 from tests.patience import PATIENCE

@@ -14,7 +14,8 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import addon
-from addon import cycles_panels, environment, panels
+from addon import cycles_panels, panels
+from addon import installation as environment
 from addon.comparison import running
 from addon.comparison.panels import RLG_PT_compare, RLG_PT_compare_method
 from tests.blender.driving import Step, click_until, drawn, drive, escape_until, run, screenshot

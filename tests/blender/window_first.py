@@ -12,7 +12,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import addon
-from addon import environment
+from addon import installation as environment
 from addon.cycles_reference import prepare
 from tests.blender.driving import Step, drive, screenshot
 from tests.system.first_pictures import REFERENCE_SPP, SPP, render

@@ -13,7 +13,8 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import addon
-from addon import engine, environment, worker_client
+from addon import engine, worker_client
+from addon import installation as environment
 from tests.blender.driving import Step, drive, escape_until, run, screenshot
 
 SCREENS, RESULT, PYTHON = map(Path, sys.argv[-3:])

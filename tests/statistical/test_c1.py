@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.images import read_exr
-from blender_rl_guiding.metrics import mape_display
+from blender_rl_guiding.images.metrics import mape_display
+from blender_rl_guiding.opening.blend import open_scene
 from blender_rl_guiding.render import render
-from blender_rl_guiding.scene.blend import open_scene
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import BSDF, DQN, Guide, Render, Uniform, method
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.sampling import store
-from blender_rl_guiding.scene.camera import camera_ray, lens
+from blender_rl_guiding.kernels.sampling import store
 from blender_rl_guiding.scene.description import Camera, Film
+from blender_rl_guiding.tracing.camera import camera_ray, lens
 from tests import scenes
 from tests.significance import assert_distributed, assert_uniform
 

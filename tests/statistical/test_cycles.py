@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.images import read_exr
+from blender_rl_guiding.opening.blend import open_scene
 from blender_rl_guiding.render import render
-from blender_rl_guiding.scene.blend import open_scene
 from blender_rl_guiding.settings import BSDF, Render
 
 SCRIPT = Path(__file__).with_name("oracle.py")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels.pointers import ref
+from blender_rl_guiding.kernels.sampling import F, store
 from blender_rl_guiding.lights import lamps
 from blender_rl_guiding.lights.lamp_shaders import lamp_light, shaded_lamps
-from blender_rl_guiding.references import ref
-from blender_rl_guiding.sampling import F, store
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Closure, Instruction, Lamp, Node, Shader
 from blender_rl_guiding.shading.operands import REGISTERS

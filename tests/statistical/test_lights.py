@@ -8,14 +8,14 @@ import pytest
 from scipy.integrate import dblquad
 
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels.pointers import ref
+from blender_rl_guiding.kernels.sampling import F, add, scale, store, vector
 from blender_rl_guiding.lights import alias, inverse, lamps, world
 from blender_rl_guiding.lights.emitters import lights, sample_light
-from blender_rl_guiding.references import ref
-from blender_rl_guiding.sampling import F, add, scale, store, vector
 from blender_rl_guiding.scene.description import IDENTITY, Lamp
-from blender_rl_guiding.scene.geometry import Geometry
 from blender_rl_guiding.shading.operands import REGISTERS
 from blender_rl_guiding.shading.program import compile_shaders
+from blender_rl_guiding.tracing.geometry import Geometry
 from tests import scenes
 from tests.significance import assert_distributed, assert_means, assert_uniform
 from tests.studio import bright_side

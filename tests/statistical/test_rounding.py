@@ -8,13 +8,13 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from blender_rl_guiding.kernels import kernel, part
-from blender_rl_guiding.references import ref
+from blender_rl_guiding.kernels.pointers import ref
+from blender_rl_guiding.kernels.sampling import F, circle, pick, scale, stream, tangents, to_world, uniform2, uniform_triangle
 from blender_rl_guiding.render import render
-from blender_rl_guiding.sampling import F, circle, pick, scale, stream, tangents, to_world, uniform2, uniform_triangle
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import IDENTITY, Closure, Lamp, Matrix, Shader
-from blender_rl_guiding.scene.geometry import Geometry, closest, corners_of, hit_point, off_surface, rays
 from blender_rl_guiding.settings import Render
+from blender_rl_guiding.tracing.geometry import Geometry, closest, corners_of, hit_point, off_surface, rays
 from tests import scenes
 from tests.instancing import with_instances
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from blender_rl_guiding import sampling
 from blender_rl_guiding.guiding import directions as guide
 from blender_rl_guiding.guiding.patches import mean_cosines, patch_of, sample_patch
-from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels import kernel, sampling
 from tests.significance import assert_distributed, assert_uniform, hemisphere_counts, hemisphere_masses
 
 N = 400_000

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from blender_rl_guiding import sampling
-from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.sampling import BLOCK
+from blender_rl_guiding.kernels import kernel, sampling
+from blender_rl_guiding.kernels.sampling import BLOCK
 from tests.significance import assert_distributed, assert_uniform
 
 N = 400_000

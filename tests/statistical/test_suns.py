@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels.sampling import vector
 from blender_rl_guiding.lights.suns import around, without_suns
 from blender_rl_guiding.lights.world import radiance, world_map, world_pdf
-from blender_rl_guiding.sampling import vector
 from blender_rl_guiding.scene.data import TABLE_SIZE, SceneData
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader, Value
 from blender_rl_guiding.shading.program import compile_shaders

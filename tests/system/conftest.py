@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding import cli
+from blender_rl_guiding.doors import cli
 from blender_rl_guiding.scene.bundle import save
 from tests import scenes
 from tests.patience import PATIENCE
@@ -67,7 +67,12 @@ def rlg_process(compiled: None) -> Run:
     """`rlg` with arguments, to its end, in a process of its own."""
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-c", "import sys; from blender_rl_guiding.cli import main; sys.exit(main())", *map(str, arguments)]
+        command = [
+            sys.executable,
+            "-c",
+            "import sys; from blender_rl_guiding.doors.cli import main; sys.exit(main())",
+            *map(str, arguments),
+        ]
         return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE)
 
     return run

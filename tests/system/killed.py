@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from blender_rl_guiding import cli, worker
+from blender_rl_guiding.doors import cli, worker
 from blender_rl_guiding.experiments import runs
 from blender_rl_guiding.render import checkpoint
 

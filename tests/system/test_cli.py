@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blender_rl_guiding import cli
-from blender_rl_guiding.experiments.results import COLUMNS
+from blender_rl_guiding.doors import cli
 from blender_rl_guiding.images import read_exr, write_exr
-from blender_rl_guiding.metrics import relmse
+from blender_rl_guiding.images.metrics import relmse
 from blender_rl_guiding.render import render
+from blender_rl_guiding.report.results import COLUMNS
 from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.scene.description import IDENTITY, Lamp
 from blender_rl_guiding.schema import from_dict, to_dict

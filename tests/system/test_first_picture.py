@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.images import read_exr
-from blender_rl_guiding.metrics import relmse
+from blender_rl_guiding.images.metrics import relmse
+from blender_rl_guiding.opening.blend import open_scene
 from blender_rl_guiding.render import render
-from blender_rl_guiding.scene.blend import open_scene
 from blender_rl_guiding.settings import Render
 from tests.system.conftest import ROOT, Run
 from tests.system.first_pictures import FILES, REFERENCE_SPP, SEEDS, SPP

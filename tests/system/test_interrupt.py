@@ -67,7 +67,7 @@ def test_while_learning_it_keeps_the_finished_samples(interrupted, bundle, tmp_p
 
 @pytest.mark.parametrize(
     ("moment", "scene"),
-    [("scene.blend::load", "tiny.npz"), ("render.renderer::_tiny_scene", "tiny.npz"), ("render.renderer::_tiny_scene", C1)],
+    [("opening.blend::load", "tiny.npz"), ("render.renderer::_tiny_scene", "tiny.npz"), ("render.renderer::_tiny_scene", C1)],
 )
 def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_path, monkeypatch, moment, scene):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # where Blender exports to meanwhile
@@ -80,7 +80,7 @@ def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_
 @pytest.mark.parametrize("after", [0.1, 0.5])
 def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
     arguments = ["export", C1, tmp_path / "c1.npz"]
-    status, said = interrupted("scene.blend::_coverage", 1, *arguments, after=after)
+    status, said = interrupted("opening.blend::_coverage", 1, *arguments, after=after)
     assert status == 130, said
     assert everything(tmp_path) == set()
     assert said.splitlines()[-1] == "rlg: interrupted"

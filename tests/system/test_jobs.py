@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from blender_rl_guiding.doors.worker import Events
 from blender_rl_guiding.experiments import runner
 from blender_rl_guiding.experiments.pool import perform_all, threads_each
 from blender_rl_guiding.experiments.references import Given
@@ -20,7 +21,6 @@ from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Closure, Shader
 from blender_rl_guiding.settings import BSDF, Machine, Render
-from blender_rl_guiding.worker import Events
 from tests import scenes
 from tests.patience import PATIENCE
 from tests.system.small import SMALL

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blender_rl_guiding.experiments import figures, result_file, runner
-from blender_rl_guiding.experiments.results import COLUMNS
+from blender_rl_guiding.experiments import runner
 from blender_rl_guiding.images import write_exr
 from blender_rl_guiding.locks import writing
+from blender_rl_guiding.report import figures, result_file
+from blender_rl_guiding.report.results import COLUMNS
 from blender_rl_guiding.scene.bundle import save
 from tests import scenes
 from tests.system.conftest import ROOT

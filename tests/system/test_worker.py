@@ -148,9 +148,7 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
 
 def test_it_ends_by_itself_only_while_it_rests():
     """Whoever has borrowed it may be busy for long, with an export or a reference by Cycles."""
-    code = (
-        "import blender_rl_guiding.worker as w; w.IDLE = 0.01; w.WORK[w.messages.Wake] = lambda job, events: events.send('done'); w.main()"
-    )
+    code = "import blender_rl_guiding.doors.worker as w; w.IDLE = 0.01\nw.WORK[w.messages.Wake] = lambda _, to: to.send('done')\nw.main()"
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, text=True) as child:
         assert child.stdin and child.stdout  # noqa: PT018  # for the type checker
@@ -167,7 +165,7 @@ def test_it_ends_by_itself_only_while_it_rests():
 def test_what_others_print_is_not_an_event():
     """Code that prints, such as a library with a warning, would break the lines of JSON."""
     job = "lambda job, events: (print('x', flush=True), os.write(1, b'y'), events.send('done'))"
-    code = f"import os, blender_rl_guiding.worker as w; w.WORK[w.messages.Wake] = {job}; w.main()"
+    code = f"import os, blender_rl_guiding.doors.worker as w; w.WORK[w.messages.Wake] = {job}; w.main()"
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=pipe, text=True) as child:
         assert child.stdin and child.stdout and child.stderr  # noqa: PT018  # for the type checker

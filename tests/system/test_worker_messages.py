@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from addon.worker_client import Worker
-from blender_rl_guiding import __version__, messages, worker
+from blender_rl_guiding import __version__, messages
+from blender_rl_guiding.doors import worker
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.experiments.results import MEASURES
+from blender_rl_guiding.report.results import MEASURES
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import BSDF, Render
@@ -81,7 +82,7 @@ def test_hundreds_of_bad_lines_are_an_error_each_and_the_next_job_is_done(bundle
     lines = [line for line in [*NO_JOBS, *mutated(300)] if b'"rest"' not in line and b'"prepare"' not in line]
     good = json.dumps({"job": "render", "bundle": str(bundle), "settings": SETTINGS}).encode()
     pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, "-m", "blender_rl_guiding.worker"], stdin=pipe, stdout=pipe, stderr=pipe) as child:
+    with subprocess.Popen([sys.executable, "-m", "blender_rl_guiding.doors.worker"], stdin=pipe, stdout=pipe, stderr=pipe) as child:
         assert child.stdin and child.stdout and child.stderr  # noqa: PT018  # for the type checker
         stdin = child.stdin
 
@@ -104,7 +105,7 @@ def test_hundreds_of_bad_lines_are_an_error_each_and_the_next_job_is_done(bundle
 
 def test_it_ends_quietly_where_nobody_listens_any_more():
     pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, "-m", "blender_rl_guiding.worker"], stdin=pipe, stdout=pipe, stderr=pipe) as child:
+    with subprocess.Popen([sys.executable, "-m", "blender_rl_guiding.doors.worker"], stdin=pipe, stdout=pipe, stderr=pipe) as child:
         assert child.stdin and child.stdout and child.stderr  # noqa: PT018  # for the type checker
         assert json.loads(child.stdout.readline())["event"] == "ready"
         child.stdout.close()

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from blender_rl_guiding.catalogue import CATALOGUE, LOSS_FIRST, chosen
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.experiments.catalogue import CATALOGUE, LOSS_FIRST, chosen
 from blender_rl_guiding.schema import from_dict, to_dict
 from blender_rl_guiding.settings import DQN, Render, method
 

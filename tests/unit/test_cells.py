@@ -6,7 +6,7 @@ import pytest
 from blender_rl_guiding.guiding.cells import CellTable
 from blender_rl_guiding.guiding.directions import UNKNOWN, Cells, find_cell, one_cell
 from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.sampling import vector
+from blender_rl_guiding.kernels.sampling import vector
 
 UP = np.array([0, 0, 1], np.float32)
 

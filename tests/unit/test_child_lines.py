@@ -6,7 +6,7 @@ from dataclasses import asdict
 import pytest
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.blend import Outcome, outcome_of
+from blender_rl_guiding.opening.blend import Outcome, outcome_of
 from blender_rl_guiding.scene.description import Loss
 from blender_rl_guiding.scene.view import View
 from blender_rl_guiding.schema import SettingsError, from_dict, to_dict

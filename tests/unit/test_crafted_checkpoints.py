@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from blender_rl_guiding.bits import mix
 from blender_rl_guiding.guiding import make_guide
 from blender_rl_guiding.guiding.cells import MOST_STEPS
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels.bits import mix
 from blender_rl_guiding.notices import heard_by
 from blender_rl_guiding.render import Checkpoint, Result, checkpoint, render
 from blender_rl_guiding.render.film import Film

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from blender_rl_guiding.experiments import curves
-from blender_rl_guiding.experiments.results import Results, Run, Summary
+from blender_rl_guiding.report import curves
+from blender_rl_guiding.report.results import Results, Run, Summary
 
 
 def run(method: str = "dqn", curve: Any = (), losses: Any = (), guide: Any = None) -> Run:

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.experiments import figures, result_file, results
-from blender_rl_guiding.experiments.folders import load
-from blender_rl_guiding.experiments.report import write
 from blender_rl_guiding.images import write_exr
+from blender_rl_guiding.report import figures, result_file, results
+from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report.writing import write
 from tests.unit.test_report import change, make_experiment, page_of, write_figures
 
 

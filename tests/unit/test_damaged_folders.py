@@ -12,11 +12,13 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from blender_rl_guiding import cli, images
+from blender_rl_guiding import images
+from blender_rl_guiding.doors import cli
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.experiments import discs, figures, page_probe, report
-from blender_rl_guiding.experiments.folders import load
-from blender_rl_guiding.experiments.handover import handed_over
+from blender_rl_guiding.report import discs, figures, page_probe
+from blender_rl_guiding.report import writing as report
+from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report.handover import handed_over
 from tests import mutations
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment, write_figures

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from blender_rl_guiding.experiments import discs
-from blender_rl_guiding.experiments.charts import Axis
+from blender_rl_guiding.report import discs
+from blender_rl_guiding.report.charts import Axis
 
 SIZE = 240
 AXIS = Axis(True, -1.0, 0.0)

@@ -8,9 +8,9 @@ from blender_rl_guiding.guiding.base import Transitions
 from blender_rl_guiding.guiding.dqn import MEAN_REWARD, DQNGuide
 from blender_rl_guiding.guiding.patches import mean_cosines, patches_of
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels.sampling import store, tangents, to_local, vector
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
-from blender_rl_guiding.sampling import store, tangents, to_local, vector
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import DQN, Frequency, Machine, NoEncoding, Render
 from tests import scenes

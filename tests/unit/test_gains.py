@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.experiments.encoders import gains
-from blender_rl_guiding.experiments.folders import load
-from blender_rl_guiding.experiments.page import page
-from blender_rl_guiding.experiments.results import Results, ratio_of
+from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report.gains import gains
+from blender_rl_guiding.report.page import page
+from blender_rl_guiding.report.results import Results, ratio_of
 from tests.unit.test_report import make_experiment
 
 ERRORS = {

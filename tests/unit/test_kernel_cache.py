@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 from numba import types
 
-from blender_rl_guiding import kernel_cache, notices
-from blender_rl_guiding.kernel_cache import Kept
+from blender_rl_guiding import notices
+from blender_rl_guiding.kernels import kept
+from blender_rl_guiding.kernels.kept import Kept
 from tests import mutations
 from tests.patience import PATIENCE
 
@@ -42,7 +43,7 @@ def compiled(function: Callable[..., Any], folder: Path, *signatures: Any) -> An
 @pytest.fixture
 def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     lines: list[str] = []
-    monkeypatch.setattr(kernel_cache, "tell", lines.append)
+    monkeypatch.setattr(kept, "tell", lines.append)
     return lines
 
 
@@ -109,7 +110,7 @@ import sys
 from pathlib import Path
 import numba
 from numba import types
-from blender_rl_guiding.kernel_cache import Kept
+from blender_rl_guiding.kernels.kept import Kept
 
 kinds = [types.Array(kind, n, "C") for kind in (types.int64, types.float32) for n in (1, 2)]
 kernel = numba.njit(lambda x: x.size * x.ndim)
@@ -138,7 +139,7 @@ def test_two_starts_at_once_leave_whole_files(tmp_path: Path):
     assert len(list(folder.iterdir())) == 4
     for path in folder.iterdir():
         held = path.read_bytes()
-        assert held[:32] == kernel_cache._digest(path.name, held[32:])
+        assert held[:32] == kept._digest(path.name, held[32:])
     third = subprocess.run(command, input="\n", capture_output=True, text=True, timeout=PATIENCE, cwd=Path(__file__).parents[2])
     assert (third.stdout, third.stderr) == ("ready\n4\n", "")
 
@@ -152,6 +153,6 @@ def test_folders_that_nobody_used_for_a_month_are_removed(tmp_path: Path):
         os.utime(folder, (now - age * 86400,) * 2)
     (tmp_path / "own").mkdir()
     os.utime(tmp_path / "own", (0, 0))
-    kernel_cache.sweep(tmp_path / "own")
+    kept.sweep(tmp_path / "own")
     assert {path.name for path in tmp_path.iterdir()} == {"0", "29", "own"}
     assert np.isclose((tmp_path / "own").stat().st_mtime, now, atol=PATIENCE)

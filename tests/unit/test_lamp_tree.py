@@ -3,10 +3,10 @@
 import numpy as np
 
 from blender_rl_guiding.kernels import kernel
+from blender_rl_guiding.kernels.pointers import ref
+from blender_rl_guiding.kernels.sampling import vector
 from blender_rl_guiding.lights.lamps import HITTABLE, NOWHERE, hit, lamp_table
 from blender_rl_guiding.lights.tree import crosses, inverse, lamp_tree
-from blender_rl_guiding.references import ref
-from blender_rl_guiding.sampling import vector
 from blender_rl_guiding.scene.description import Lamp
 
 RAYS = 4000

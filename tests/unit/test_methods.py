@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from blender_rl_guiding import __version__
-from blender_rl_guiding.experiments import result_file
-from blender_rl_guiding.experiments.result_file import Record
 from blender_rl_guiding.experiments.runs import finished_run
+from blender_rl_guiding.report import result_file
+from blender_rl_guiding.report.result_file import Record
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import PRESETS, Render, method
 from tests import scenes

@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from blender_rl_guiding import metrics
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.images import metrics
 
 
 def constant(value: float) -> np.ndarray:
@@ -46,7 +46,7 @@ def test_flip_grows_with_the_difference_and_ignores_the_scale():
 # flip-evaluator ends the whole process where it finds no exposures, so these run in one of their own.
 DEGENERATE = """
 import numpy as np
-from blender_rl_guiding.metrics import flip
+from blender_rl_guiding.images.metrics import flip
 black, dim, grey = (np.full((8, 8, 3), v, np.float32) for v in (0, 1e-12, 0.5))
 spark = black.copy(); spark[0, 0] = 1
 print([flip(a, b) for a, b in ((black, black), (grey, black), (dim, dim), (grey, grey), (black, grey), (spark, spark), (-grey, black))])

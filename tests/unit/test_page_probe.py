@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.experiments.folders import load
-from blender_rl_guiding.experiments.page import page
+from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report.page import page
 from tests.unit.test_report import make_experiment
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.experiments import inspection, probe, truth
-from blender_rl_guiding.experiments.discs import averaged
 from blender_rl_guiding.render import render
+from blender_rl_guiding.report.discs import averaged
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Film
 from blender_rl_guiding.settings import DQN, Machine, QTable, Render

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.experiments import published
-from blender_rl_guiding.experiments.catalogue import CATALOGUE
-from blender_rl_guiding.experiments.folders import load
-from blender_rl_guiding.experiments.latex import escape, latex
-from blender_rl_guiding.experiments.page import page
-from blender_rl_guiding.experiments.report import write
-from blender_rl_guiding.experiments.results import Estimate, ratio_of
+from blender_rl_guiding.catalogue import CATALOGUE
+from blender_rl_guiding.report import published
+from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report.latex import escape, latex
+from blender_rl_guiding.report.page import page
+from blender_rl_guiding.report.results import Estimate, ratio_of
+from blender_rl_guiding.report.writing import write
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment
 

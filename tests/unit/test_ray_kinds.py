@@ -5,9 +5,9 @@ import pytest
 
 from blender_rl_guiding.lights.emitters import lights
 from blender_rl_guiding.scene.description import VISIBLE, Closure, Instruction, Node, Shader
-from blender_rl_guiding.scene.geometry import Geometry
 from blender_rl_guiding.scene.ray_kinds import DIFFUSE, EMITTERS, GLOSSY, MESHES, TRANSLUCENT, TRANSMISSION, WORLD, seen_by
 from blender_rl_guiding.shading.program import compile_shaders
+from blender_rl_guiding.tracing.geometry import Geometry
 from tests import scenes
 from tests.bsdf import direction, surface_of
 

@@ -15,11 +15,11 @@ import pytest
 from rich.console import Console
 from scipy.stats import t
 
-from blender_rl_guiding.experiments import figures, pictures, results
-from blender_rl_guiding.experiments.folders import load
-from blender_rl_guiding.experiments.report import show, text_table, write
 from blender_rl_guiding.images import write_exr
-from blender_rl_guiding.metrics import compare
+from blender_rl_guiding.images.metrics import compare
+from blender_rl_guiding.report import figures, pictures, results
+from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report.writing import show, text_table, write
 
 write_figures = figures.write  # before it is replaced, below
 METHODS = {"uniform": 0.6, "bsdf": 0.3, "dqn": 0.15}

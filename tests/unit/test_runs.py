@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.errors import InputError, atomic
-from blender_rl_guiding.experiments import result_file
 from blender_rl_guiding.experiments.probe import rounded
 from blender_rl_guiding.experiments.runs import Frame, finished_frame, finished_run, save_run
 from blender_rl_guiding.images import write_exr
-from blender_rl_guiding.metrics import LARGEST, compare, relmse
+from blender_rl_guiding.images.metrics import LARGEST, compare, relmse
 from blender_rl_guiding.render import Result, render
+from blender_rl_guiding.report import result_file
 from blender_rl_guiding.settings import Machine, QTable, Render
 from tests import mutations, scenes
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from blender_rl_guiding import sampling
-from blender_rl_guiding.kernels import kernel
-from blender_rl_guiding.sampling import F
+from blender_rl_guiding.kernels import kernel, sampling
+from blender_rl_guiding.kernels.sampling import F
 
 UP = (F(0), F(0), F(1))
 A, B = (F(1), F(-2), F(3)), (F(0.5), F(4), F(-1))

@@ -2,16 +2,16 @@
 
 from pathlib import Path
 
+from blender_rl_guiding.doors.settings_page import page
 from blender_rl_guiding.schema import flags
 from blender_rl_guiding.settings import PRESETS, Render
-from blender_rl_guiding.settings_page import page
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def test_the_page_is_up_to_date():
     written = (DOCS / "settings.md").read_text(encoding="utf-8")
-    assert written == page(), "run: .venv/bin/python -m blender_rl_guiding.settings_page > docs/settings.md"
+    assert written == page(), "run: .venv/bin/python -m blender_rl_guiding.doors.settings_page > docs/settings.md"
 
 
 def test_every_setting_and_preset_has_one_row():

@@ -13,8 +13,8 @@ from blender_rl_guiding.scene.ops import OPS
 from blender_rl_guiding.shading import program
 from blender_rl_guiding.shading.evaluate import Code
 from blender_rl_guiding.shading.operands import CODE_REGISTERS, KINDS, NONE, REGISTERS
-from blender_rl_guiding.shading.passes import allocate
 from blender_rl_guiding.shading.program import compile_shaders
+from blender_rl_guiding.shading.rewriting import allocate
 from tests import shaded
 
 TRIANGLE = np.float32(((0, 0, 0), (2, 0, 0), (0, 2, 0)))

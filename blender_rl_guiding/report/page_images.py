@@ -5,8 +5,7 @@ from html import escape
 
 import numpy as np
 
-from .. import metrics
-from ..images import read_exr
+from ..images import metrics, read_exr
 from . import pictures
 from .results import Results, Run
 

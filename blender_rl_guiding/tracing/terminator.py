@@ -7,7 +7,7 @@ the triangles in steps: such a ray therefore starts on the curved surface. The r
 import math
 
 from ..kernels import part
-from ..sampling import F, add, dot, normalize, scale, subtract
+from ..kernels.sampling import F, add, dot, normalize, scale, subtract
 from .geometry import corners_of, off_surface
 
 GRAZING = F(0.1)  # cosine below which rays start further up

@@ -12,11 +12,11 @@ from pathlib import Path
 from ..children import Child, running
 from ..errors import InputError
 from ..leftovers import temporary_folder
+from ..scene.bundle import load
+from ..scene.data import SceneData
+from ..scene.description import Loss
+from ..scene.view import View
 from ..typed import MalformedError, parse, read
-from .bundle import load
-from .data import SceneData
-from .description import Loss
-from .view import View
 
 _SCRIPT = Path(__file__).resolve().parents[2] / "addon" / "headless.py"
 _MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, zstd, gzip

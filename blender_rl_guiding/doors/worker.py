@@ -1,6 +1,6 @@
 """Renders and comparisons as a child process: jobs come as lines of JSON on stdin, events go as lines of JSON to stdout, see `messages`.
 
-    python -m blender_rl_guiding.worker
+    python -m blender_rl_guiding.doors.worker
 
 It ends when its stdin does, so that it never outlives who started it, and by itself a minute after the job "rest", unless another
 comes. Whoever wants a job cancelled kills it: files are whole or not there.
@@ -18,14 +18,14 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from . import __version__, messages
-from .errors import InputError, atomic
-from .locks import writing
-from .notices import heard_by
-from .schema import SettingsError, from_dict
-from .settings import Machine, Render
-from .strings import printable
-from .typed import MalformedError
+from .. import __version__, messages
+from ..errors import InputError, atomic
+from ..locks import writing
+from ..notices import heard_by
+from ..schema import SettingsError, from_dict
+from ..settings import Machine, Render
+from ..strings import printable
+from ..typed import MalformedError
 
 IDLE = 60.0  # seconds that it rests before it ends
 LEAST_PAUSE = 0.25  # seconds between two images
@@ -87,7 +87,7 @@ class Frames:
 
 def prepare(job: messages.Prepare, events: Events) -> None:
     """See `messages.Prepare`."""
-    from .render import warm_up
+    from ..render import warm_up
 
     settings, machine = _settings(job)
     with events.bar("Compiling kernels (once after an update)", 1):
@@ -96,13 +96,13 @@ def prepare(job: messages.Prepare, events: Events) -> None:
 
 def render(job: messages.Render, events: Events) -> None:
     """See `messages.Render`."""
-    from .experiments.runs import save_run
-    from .render import Result
-    from .render import render as trace
-    from .render.beforehand import forewarn, forewarn_of_memory
-    from .render.checkpoint import in_cache, in_folder
-    from .render.estimate import left
-    from .scene.bundle import load
+    from ..experiments.runs import save_run
+    from ..render import Result
+    from ..render import render as trace
+    from ..render.beforehand import forewarn, forewarn_of_memory
+    from ..render.checkpoint import in_cache, in_folder
+    from ..render.estimate import left
+    from ..scene.bundle import load
 
     settings, machine = _settings(job)
     frames = Frames(Path(job.frames)) if job.frames else None
@@ -136,7 +136,7 @@ def _combined(result: Any) -> np.ndarray:
 
 def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
     """All passes, as Cycles has them: a denoised image is the image, and the noisy one a pass."""
-    from .render.denoise import denoised
+    from ..render.denoise import denoised
 
     combined = _combined(result)
     if settings.denoise:
@@ -149,10 +149,11 @@ def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
 
 def compare(job: messages.Compare, events: Events) -> None:
     """See `messages.Compare`. `done` tells what `handover.handed_over` does, and how many runs failed."""
-    from .experiments import handover, report
-    from .experiments.references import Given
-    from .experiments.runner import Experiment, run
-    from .scene.bundle import load
+    from ..experiments.references import Given
+    from ..experiments.runner import Experiment, run
+    from ..report import handover
+    from ..report import writing as report
+    from ..scene.bundle import load
 
     folder, asked = Path(job.out), job.reference
     if (asked.spp is None) == (asked.file is None):
@@ -178,15 +179,15 @@ def compare(job: messages.Compare, events: Events) -> None:
 
 def inspect(job: messages.Inspect, events: Events) -> None:
     """See `messages.Inspect`."""
-    from .experiments import inspection
-    from .experiments.probe import described
-    from .experiments.runs import save_run
-    from .render import Result
-    from .render import render as trace
-    from .render.beforehand import forewarn
-    from .render.checkpoint import in_folder
-    from .render.estimate import share
-    from .scene.bundle import load
+    from ..experiments import inspection
+    from ..experiments.probe import described
+    from ..experiments.runs import save_run
+    from ..render import Result
+    from ..render import render as trace
+    from ..render.beforehand import forewarn
+    from ..render.checkpoint import in_folder
+    from ..render.estimate import share
+    from ..scene.bundle import load
 
     settings, machine = _settings(job)
     inspection.check(settings.guide)

@@ -3,11 +3,12 @@
 import hashlib
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from .. import typed
 from ..errors import InputError, atomic
 
+_T = TypeVar("_T")
 _SEAL = "sha256"
 
 
@@ -17,7 +18,7 @@ def write(path: Path, values: dict[str, Any], indent: int | None = None) -> None
         part.write_text(json.dumps(values | {_SEAL: _digest(values)}, indent=indent), encoding="utf-8")
 
 
-def load[T](kind: type[T], path: Path, what: str) -> T:
+def load(kind: type[_T], path: Path, what: str) -> _T:
     """Read a file as the dataclass `kind`, called `what` in errors. Files of earlier versions have no seal, if `kind` allows that.
 
     InputError where it cannot be read, is something else, or is not as it was written.

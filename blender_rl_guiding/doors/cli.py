@@ -14,16 +14,16 @@ from typing import Any, NoReturn
 
 from rich.console import Console
 
-from . import schema
-from .errors import InputError
-from .experiments.catalogue import CATALOGUE, chosen
-from .experiments.progress import Progress, Terminal
-from .flags import chosen_methods, given, render_settings
-from .locks import writing
+from .. import schema
+from ..catalogue import CATALOGUE, chosen
+from ..errors import InputError
+from ..experiments.progress import Progress, Terminal
+from ..flags import chosen_methods, given, render_settings
+from ..locks import writing
+from ..scene.view import chosen_view
+from ..settings import Machine, Render
+from ..strings import say
 from .parser import parser
-from .scene.view import chosen_view
-from .settings import Machine, Render
-from .strings import say
 
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
@@ -58,7 +58,7 @@ def _leave(reason: str) -> NoReturn:
 
 
 def _export(options: argparse.Namespace) -> None:
-    from .scene.blend import export
+    from ..opening.blend import export
 
     with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
@@ -82,7 +82,7 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
         raise InputError("--frame and --frames exclude each other")
     try:
         with Terminal() as progress:
-            from .experiments.animation import animate
+            from ..experiments.animation import animate
 
             images = animate(
                 options.out, options.scene, view, options.frames, settings, _machine(options), method, progress, options.blender
@@ -94,7 +94,7 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
 
 
 def _inspect(options: argparse.Namespace) -> None:
-    from .experiments import inspection
+    from ..experiments import inspection
 
     settings, machine = render_settings(options, Render()), _machine(options)
     inspection.check(settings.guide)
@@ -113,12 +113,12 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
     machine, interrupted = _machine(options), False
     with Terminal() as progress, _opening(options.scene, options, progress) as opened:
         # While Blender exports: importing and loading take as long.
-        from .experiments.probe import described
-        from .experiments.runs import save_run
-        from .render import Result, render, warm_up
-        from .render.beforehand import forewarn
-        from .render.checkpoint import in_folder
-        from .render.estimate import share
+        from ..experiments.probe import described
+        from ..experiments.runs import save_run
+        from ..render import Result, render, warm_up
+        from ..render.beforehand import forewarn
+        from ..render.checkpoint import in_folder
+        from ..render.estimate import share
 
         finished: list[Result] = []
         checkpoint = in_folder(options.out)
@@ -151,8 +151,8 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
 
 
 def _compare(options: argparse.Namespace) -> None:
-    from .experiments.references import Given
-    from .experiments.runner import Experiment, run
+    from ..experiments.references import Given
+    from ..experiments.runner import Experiment, run
 
     methods = chosen_methods(options)
     first, given_file = next(iter(methods.values())).seed, options.reference
@@ -172,7 +172,7 @@ def _compare(options: argparse.Namespace) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> None:
-    from .experiments.runner import Experiment, run
+    from ..experiments.runner import Experiment, run
 
     entries = {name: CATALOGUE[name] for name in chosen(options.names)}
     paths = {scene: _scene_file(options.scenes, scene) for entry in entries.values() for scene in entry.scenes}
@@ -213,7 +213,7 @@ def _report(options: argparse.Namespace) -> None:
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
     """Write the reports and print their summaries. InputError in the end on all that they lack: runs that failed, and what is damaged."""
-    from .experiments import report
+    from ..report import writing as report
 
     lacking = [f"{failed} of the runs failed, as told above; the same command tries them again"] * (failed > 0)
     damaged: list[str] = []
@@ -234,8 +234,8 @@ def _tell(folders: Sequence[Path], failed: int) -> None:
 
 
 def _metrics(options: argparse.Namespace) -> None:
-    from .images import read_exr
-    from .metrics import compare
+    from ..images import read_exr
+    from ..images.metrics import compare
 
     print(json.dumps(compare(read_exr(options.image)[0], read_exr(options.reference)[0]), indent=1))
 
@@ -277,7 +277,7 @@ def _open(path: Path, options: argparse.Namespace, progress: Progress) -> Any:
 @contextmanager
 def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Iterator[Callable[[], Any]]:
     """Begin to open a scene; yields what waits for it."""
-    from .scene.blend import opening
+    from ..opening.blend import opening
 
     def opened() -> Any:
         with progress.bar(f"opening {path.name}", 1):

@@ -12,8 +12,8 @@ import numpy as np
 import OpenEXR
 from PIL import Image
 
-from .errors import InputError, atomic
-from .memory import available, in_words
+from ..errors import InputError, atomic
+from ..memory import available, in_words
 
 _CHANNELS = {"Normal": "XYZ", "Position": "XYZ", "Depth": "Z", "Sample Count": "X"}  # of passes that are not colours
 

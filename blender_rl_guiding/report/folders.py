@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from .result_file import Count, Error, Number, Patches
 from .results import MEASURES, Learnt, Results, Run, Truth
 
 SHORTEST = 1e-9  # seconds of a run: rates are per second
+_T = TypeVar("_T")
 _CURVE = dict.fromkeys(("samples", "mape_display", "relmse"), Range(0.0, 1e30))
 _CURVE |= dict.fromkeys(("seconds", "train_seconds", "infer_seconds"), Range(0.0, 1e12))
 
@@ -116,7 +117,7 @@ class _Damage:
         self.found = list[str]()
         self._inside = re.compile(f"(^|^cannot read ){re.escape(printable(f'{folder}{os.sep}'))}")
 
-    def without[T](self, read: Callable[..., T | None], *args: Any) -> list[T]:
+    def without(self, read: Callable[..., _T | None], *args: Any) -> list[_T]:
         """A list of the value that `read` returns; empty if it is None or damaged."""
         try:
             value = read(*args)
@@ -205,7 +206,7 @@ def _truth(folder: Path, scene: str) -> Truth | None:
     return Truth(probe.pixel, probe.position, probe.right, probe.up, np.array(probe.radiance).reshape(rows, columns), probe.spp)
 
 
-def _read[T](kind: type[T], path: Path, what: str) -> T:
+def _read(kind: type[_T], path: Path, what: str) -> _T:
     try:
         return typed.read(kind, typed.load(path), what.split()[-1], loose=True)
     except OSError as error:

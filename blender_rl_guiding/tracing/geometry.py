@@ -11,12 +11,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernels import kernel, part, unlikely
-from ..sampling import F, add, cross, dot, normalize, scale, subtract, vector
+from ..kernels.sampling import F, add, cross, dot, normalize, scale, subtract, vector
+from ..scene.data import SceneData
+from ..scene.instances import placed, runs, sizes, world_vertices
+from ..scene.ray_kinds import MESHES, seen_by
 from . import embree
-from .data import SceneData
-from .instances import placed, runs, sizes, world_vertices
 from .placing import normal_to_world, placing_error, point_to_world
-from .ray_kinds import MESHES, seen_by
 
 RAY_WORDS = 24  # of 4 bytes, of an RTCRayHit with its padding
 # Where its members are: the ray's origin and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,

@@ -23,9 +23,9 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
-from .cache import dispensable
-from .errors import atomic
-from .notices import tell
+from ..cache import dispensable
+from ..errors import atomic
+from ..notices import tell
 
 _CONFIG: Any = config  # unknown to the type checker
 UNUSED = 30  # days until the kernels of another version of the source are removed

@@ -6,7 +6,7 @@
 import math
 
 from ..kernels import part
-from ..sampling import F, cross, dot, normalize, scale
+from ..kernels.sampling import F, cross, dot, normalize, scale
 
 
 @part

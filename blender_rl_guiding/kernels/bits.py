@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .kernels import part
+from . import part
 
 
 @part

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from ..errors import InputError
-from ..schema import override
-from ..settings import Render, method
+from .errors import InputError
+from .schema import override
+from .settings import Render, method
 
 
 @dataclass(frozen=True)

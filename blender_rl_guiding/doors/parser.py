@@ -4,13 +4,13 @@ import argparse
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from . import __version__
-from .experiments.catalogue import CATALOGUE
-from .flags import Parser, add_blender, add_experiment, add_export, add_flags, add_methods, add_reference, add_render, positive
-from .scene.view import add_view, frame_range
-from .settings import Machine
+from .. import __version__
+from ..catalogue import CATALOGUE
+from ..flags import Parser, add_blender, add_experiment, add_export, add_flags, add_methods, add_reference, add_render, positive
+from ..scene.view import add_view, frame_range
+from ..settings import Machine
 
-_SCENES = Path(__file__).resolve().parents[1] / "scenes"
+_SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
 
 def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> argparse.ArgumentParser:

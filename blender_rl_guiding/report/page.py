@@ -9,8 +9,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from ..catalogue import CATALOGUE, LOSS_FIRST
 from . import page_curves, page_images, page_numbers, page_probe, palette, pictures
-from .catalogue import CATALOGUE, LOSS_FIRST
 from .markup import listed, table
 from .results import Results
 
@@ -101,7 +101,8 @@ def _settings(results: Results) -> str:
 
 
 def _settings_row(name: str, values: Sequence[str]) -> str:
-    return f"<tr><th scope=row>{escape(name)}</th>{''.join(f'<td>{escape(value) or "–"}</td>' for value in values)}</tr>"
+    cells = "".join(f"<td>{escape(value) or '–'}</td>" for value in values)
+    return f"<tr><th scope=row>{escape(name)}</th>{cells}</tr>"
 
 
 def _origin(results: Results) -> str:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from . import part
 from .bits import half_mix, mix, mix_rest, reversed_bits, shuffled, spread
-from .kernels import part
 from .sobol import LEVELS, POINTS
 
 F = np.float32

@@ -19,14 +19,15 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.extending import intrinsic
 
-from . import cache, kernel_cache
+from .. import cache
+from . import kept
 
 
 def source_key(package: Path) -> str:
     """16 hexadecimal digits that change with the kernels below a folder, with the scene's constants, and with tables of numbers."""
     digest = hashlib.sha256()
     for file in sorted(package.rglob("*")):
-        if file.suffix == ".npz" or (file.suffix == ".py" and (file.parent.name == "scene" or _has_kernels(file))):
+        if file.suffix == ".npz" or (file.suffix == ".py" and (file.parent.name in ("kernels", "scene", "tracing") or _has_kernels(file))):
             digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -38,9 +39,9 @@ def _has_kernels(file: Path) -> bool:
 
 # With NUMBA_BOUNDSCHECK=1 kernels compare every index with its array, and raise IndexError: for hunting faults, at 0.6 of the speed.
 CHECKED = bool(getattr(numba.core.config, "BOUNDSCHECK"))  # noqa: B009  # unknown to the type checker
-_FOLDER = cache.folder("kernels", source_key(Path(__file__).parent) + ("-checked" if CHECKED else ""))
+_FOLDER = cache.folder("kernels", source_key(Path(__file__).parents[1]) + ("-checked" if CHECKED else ""))
 if _FOLDER:
-    kernel_cache.sweep(_FOLDER)
+    kept.sweep(_FOLDER)
 
 # LLVM weighs whether to do without a call by the length of what is called, but here short functions call each other in long chains:
 # with its own limit, of 225, a fifth of the rendering is calling. Checked kernels have a way out at every index: they did not compile in
@@ -95,7 +96,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     """What Python calls: kept on disk with everything it calls."""
     compiled: Any = numba.njit(**_options)(function)
     if _FOLDER:
-        compiled._cache = kernel_cache.Kept(_FOLDER, function)
+        compiled._cache = kept.Kept(_FOLDER, function)
     return compiled
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from flip_evaluator import evaluate
 
-from .errors import InputError
+from ..errors import InputError
 
 LARGEST = 1e30  # as large as an error or a radiance is told to be: `result_file` reads no larger ones, as they have to be summed up
 

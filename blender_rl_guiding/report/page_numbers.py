@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
-from . import encoders, numbers, published
+from . import gains, numbers, published
 from .markup import name_cell, table
 from .results import MEASURES, Results, geometric_mean, ratio
 
@@ -87,7 +87,7 @@ def by_encoder(results: Results, scenes: Sequence[str]) -> str:
     """What encoders gain, a row for each scene and method; empty where none can be compared."""
     rows: list[str] = []
     for scene in scenes:
-        if found := encoders.gains(results, scene):
+        if found := gains.gains(results, scene):
             rows.append(f"<tr class=group><th scope=rowgroup colspan=4>{escape(scene)}</th></tr>")
             rows += [_gain_row(results, gain) for gain in found]
     note = (
@@ -97,6 +97,6 @@ def by_encoder(results: Results, scenes: Sequence[str]) -> str:
     return f"<h2>Encoders</h2><p class=note>{note}</p>{table(['', 'against', 'ratio', ''], rows)}" if rows else ""
 
 
-def _gain_row(results: Results, gain: encoders.Gain) -> str:
+def _gain_row(results: Results, gain: gains.Gain) -> str:
     ratio = f"{numbers.times(gain.ratio.mean)}<small>{numbers.margin(gain.ratio)}</small>"
     return f"<tr>{name_cell(results, gain.method)}<td>{escape(gain.plain)}</td><td>{ratio}</td><td>{gain.verdict}</td></tr>"

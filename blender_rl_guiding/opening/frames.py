@@ -9,10 +9,10 @@ from pathlib import Path
 from ..children import Child, running
 from ..errors import InputError
 from ..leftovers import temporary_folder
+from ..scene.bundle import load
+from ..scene.data import SceneData
+from ..scene.view import View
 from .blend import Outcome, exporter, failure, outcome_of
-from .bundle import load
-from .data import SceneData
-from .view import View
 
 
 class Frames:

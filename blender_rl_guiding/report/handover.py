@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from .. import metrics
 from ..errors import InputError, atomic
-from ..images import png
+from ..images import metrics, png
 from . import curves, numbers, page_images, page_probe, pictures
 from .results import MEASURES, Results, Summary, ratio
 

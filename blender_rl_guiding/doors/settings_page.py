@@ -1,13 +1,13 @@
-"""The page of all settings: `python -m blender_rl_guiding.settings_page > docs/settings.md`."""
+"""The page of all settings: `python -m blender_rl_guiding.doors.settings_page > docs/settings.md`."""
 
 from collections.abc import Iterator
 
-from .schema import Entry, Settings, entries
-from .settings import PRESETS, Render
+from ..schema import Entry, Settings, entries
+from ..settings import PRESETS, Render
 
 _HEAD = """# Settings
 
-Made by `python -m blender_rl_guiding.settings_page > docs/settings.md` from `settings.py`. The first column is what the panels in
+Made by `python -m blender_rl_guiding.doors.settings_page > docs/settings.md` from `settings.py`. The first column is what the panels in
 Blender show, the second what JSON and the command line call it (`--dqn.learning-rate 1e-3`)."""
 
 

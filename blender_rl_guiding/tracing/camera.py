@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import part
-from ..sampling import TWO_PI, F, add, circle, normalize, pick, scale, subtract
-from .data import SceneData
+from ..kernels.sampling import TWO_PI, F, add, circle, normalize, pick, scale, subtract
+from ..scene.data import SceneData
 
 PERSPECTIVE, ORTHOGRAPHIC, PANORAMA, HEMISPHERE = range(4)
 _KINDS = ("perspective", "orthographic", "panorama", "hemisphere")

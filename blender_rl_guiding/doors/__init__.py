@@ -1,0 +1,1 @@
+"""The ways in: the command `rlg`, and the process that Blender talks to."""

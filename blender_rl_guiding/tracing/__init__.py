@@ -1,0 +1,1 @@
+"""The scene as kernels see it: rays from the camera, and where they hit."""
