@@ -1,8 +1,7 @@
 """A small scene that has some of everything a bundle can hold, and ways to change one thing of it."""
 
 import json
-import math
-from collections.abc import Iterator
+import random
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.reliability import mutations, npz
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture
@@ -94,50 +94,23 @@ def refusal(path: Path) -> str:
 
 # --- hostile bundles ---------------------------------------------------------------------------------------------------
 
-NUMBERS = {
-    "f": (np.nan, np.inf, -np.inf, 3.4e38, -3.4e38, 1e30, -1e30, 2e18, 1e9, -1.0, 0.0, 1e-38, 1e-45),
-    "i": (np.iinfo(np.int64).min, -(2**31), -2, -1, 0, 1, 255, 2**24, 2**31 - 1, 2**31, np.iinfo(np.int64).max),
-    "u": (0, 1, 31, 32, 255),
-}
-VALUES = {
-    bool: (True, False, 2, None),
-    int: (-(2**63), -(2**31), -1, 0, 1, 3, 31, 1024, 2**24, 2**31, 2**63 - 1, 2**63, int(1e30), 0.5, True),
-    float: (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e300, -1e300, 1e30, 1e18, 1e-38, 5e-324, -1.0, 0.0, 10**400),
-    str: ("", "\ud800", "..", "a/b", "\n", "x" * 300, "perspective", "normal"),
-}
 
-
-def spoiled(scene: SceneData, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """For `rewrite`: one of the arrays or textures with an extreme of its type at one place, in one row, or in all of it; or shorter."""
+def spoiled(scene: SceneData, rng: random.Random) -> dict[str, np.ndarray]:
+    """For `rewrite`: one of the arrays or textures with an extreme in it, or with more or fewer rows."""
     arrays = {name: getattr(scene, name) for name in ARRAYS} | {f"texture_{k}": t.texels for k, t in enumerate(scene.textures)}
     name = rng.choice(list(arrays))
-    array = arrays[name]
-    if rng.random() < 0.15:
-        axis = rng.integers(array.ndim)
-        return {name: np.roll(array, 1, axis) if rng.random() < 0.3 else np.repeat(array, 2, axis) if rng.random() < 0.3 else array[:-1]}
-    place = tuple(rng.integers(n) for n in array.shape) if array.size else ()
-    value = rng.choice(np.array(NUMBERS[array.dtype.kind], array.dtype if array.dtype.kind == "f" else np.int64))
-    limits = np.iinfo(array.dtype) if array.dtype.kind != "f" else None
-    value = np.clip(value, limits.min, limits.max) if limits else value
-    return {name: changed(array, place[: rng.integers(array.ndim + 1)], value) if array.size else array}
+    spoil = npz.spoiled_array if rng.random() < 0.85 else npz.resized_array
+    return {name: spoil(arrays[name], rng)}
 
 
-def misdescribed(scene: SceneData, rng: np.random.Generator) -> dict[str, Any]:
-    """For `rewrite`: the header with one of its values replaced by an extreme of its type."""
+def misdescribed(scene: SceneData, rng: random.Random) -> dict[str, Any]:
+    """For `rewrite`: the header with an extreme in the place of one of its values."""
     header = json.loads(json.dumps(scene.header()))
-    leaves = list(_leaves(header))
-    part, key = leaves[rng.integers(len(leaves))]
-    choices = VALUES.get(type(part[key]), (None,))
-    part[key] = choices[rng.integers(len(choices))]
+    leaves = [place for place in mutations.places(header) if not isinstance(mutations.at(header, place), dict | list)]
+    *above, last = rng.choice(leaves)
+    holder = mutations.at(header, above)
+    holder[last] = mutations.extreme(holder[last], rng)
     return header
-
-
-def _leaves(part: Any) -> Iterator[tuple[Any, Any]]:
-    for key, value in part.items() if isinstance(part, dict) else enumerate(part):
-        if isinstance(value, dict | list):
-            yield from _leaves(value)
-        else:
-            yield part, key
 
 
 def painted() -> SceneData:

@@ -11,7 +11,7 @@ import numpy as np
 from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.settings import BSDF, Machine, QTable, Render, Uniform
 
-from . import mutations, scenes
+from . import mutations, npz, scenes
 from .guard import Guard
 from .ledger import FoundError
 
@@ -92,10 +92,10 @@ class Fuzz:
                 elif rng.random() < 0.1:
                     del arrays[name]
                 else:
-                    arrays[name] = mutations.damaged_array(arrays[name], rng)
+                    arrays[name] = npz.damaged_array(arrays[name], rng)
         said = mutations.text(header, rng) if kind == "header" else json.dumps(header)
         arrays["header"] = np.array(said.encode("utf-8", "replace").decode("utf-8", "replace") if rng.random() < 0.99 else [said])
-        return mutations.archive(arrays, rng if kind == "zip" else None)
+        return npz.archive(arrays, rng if kind == "zip" else None)
 
     def _element(self, arrays: dict[str, Any], rng: random.Random) -> None:
         """One element of an array becomes another of the same array, or a bit of it changes."""

@@ -21,7 +21,7 @@ class Fuzz:
     """See `trying.Trial`."""
 
     def __init__(self, guard: Guard) -> None:
-        self._texts = [text for text in mutations.TEXTS if text not in (mutations.DEEP, mutations.DIGITS)]
+        self._texts = [text for text in mutations.TEXTS if text not in mutations.RAW]
         self._flags = [name.replace("_", "-") for config in (Render, Machine) for name, _ in flags(config)]
         self._typed = [text for text in self._texts if len(text) < 1000 and text.isprintable()]  # whoever types more sees more
         self._words = (*self._typed, *map(str, mutations.NUMBERS), *guard.ways_out, "1", "2", "0.5", *_NAMES)

@@ -14,9 +14,9 @@ from addon.export import by_cycles, sky
 from addon.export.resources import Resources
 from addon.export.stop import Stop, Stopped
 from addon.export.world import read_world
+from benchmarks.reliability import mutations
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Loss, Shader
-from tests import mutations
 from tests.addon.trees import node, only, tree_of
 
 PICTURE = np.arange(256 * 512 * 3, dtype=np.float32).reshape(256, 512, 3)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.reliability import __main__ as campaigns
-from benchmarks.reliability import fuzzing, mutations, trying, worker
+from benchmarks.reliability import fuzzing, mutations, npz, trying, worker
 from benchmarks.reliability.commands import difference, digest, leftovers
 from benchmarks.reliability.guard import Guard
 from benchmarks.reliability.ledger import FoundError, Ledger, Outcome, from_line, line, source
@@ -61,7 +61,7 @@ BAD = {
     "over a link": (overwrite_through_link, "write: opened"),
     "chmod a link": (chmod_through_link, "write: os.chmod"),
     "start something": (lambda folder, guard: subprocess.run(["true"]), "write: subprocess.Popen"),
-    "unpickle": (lambda folder, guard: mutations.Opened().__reduce__()[0](guard.root / "unpickled"), "write: os.mkdir"),
+    "unpickle": (lambda folder, guard: npz.Opened().__reduce__()[0](guard.root / "unpickled"), "write: os.mkdir"),
     "take memory": (lambda folder, guard: np.ones(10_000_000), "memory"),
     "differ": (lambda folder, guard: (_ for _ in ()).throw(FoundError("difference: a pixel")), "difference: a pixel"),
 }
@@ -174,8 +174,8 @@ def test_a_seed_does_it_again(seed):
     def all_of_them() -> tuple:
         rng = random.Random(seed)
         text = mutations.text(mutations.damaged(values, rng), rng)
-        other = mutations.damaged_array(array, rng)
-        return text, repr(other), mutations.damaged_bytes(b"x" * 100, rng), mutations.archive({"a": array, "b": array}, rng)
+        other = npz.damaged_array(array, rng)
+        return text, repr(other), mutations.damaged_bytes(b"x" * 100, rng), npz.archive({"a": array, "b": array}, rng)
 
     with np.errstate(all="ignore"):
         assert all_of_them() == all_of_them()

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from addon.worker_client import Worker
+from benchmarks.reliability import mutations
 from blender_rl_guiding import __version__, messages
 from blender_rl_guiding.doors import worker
 from blender_rl_guiding.errors import InputError
@@ -18,7 +19,7 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import BSDF, Render
 from blender_rl_guiding.typed import MalformedError, parse
-from tests import mutations, scenes
+from tests import scenes
 from tests.patience import PATIENCE
 
 SETTINGS = to_dict(Render(spp=1, guide=BSDF()))

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding import images
 from blender_rl_guiding.doors import cli
 from blender_rl_guiding.errors import InputError
@@ -19,7 +20,6 @@ from blender_rl_guiding.report import discs, figures, page_probe
 from blender_rl_guiding.report import writing as report
 from blender_rl_guiding.report.folders import load
 from blender_rl_guiding.report.handover import handed_over
-from tests import mutations
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment, write_figures
 

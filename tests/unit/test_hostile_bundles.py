@@ -1,5 +1,6 @@
 """Bundles that somebody made to read or write outside of arrays: they are refused, or render to an end."""
 
+import random
 from collections import Counter
 from dataclasses import replace
 from typing import Any
@@ -82,7 +83,7 @@ def test_whatever_number_a_bundle_has_it_loads_or_is_refused_in_a_line(tmp_path)
     """Extremes of each number's type, in arrays and in the header, by fixed seeds."""
     path, outcomes = tmp_path / "scene.npz", []
     for seed in range(200):
-        rng = np.random.default_rng(seed)
+        rng = random.Random(seed)
         scene = (whole(), painted())[seed % 2]
         rewrite(scene, path, **(spoiled(scene, rng) if seed % 3 else {"header": misdescribed(scene, rng)}))
         try:
@@ -102,7 +103,7 @@ def test_what_loads_renders_to_an_end(tmp_path):
     """A finite image, or one line. With NUMBA_BOUNDSCHECK=1 every index is checked on the way: see `kernels`."""
     path, ends = tmp_path / "scene.npz", Counter()
     for seed in range(1000, 1030):
-        rng = np.random.default_rng(seed)
+        rng = random.Random(seed)
         scene = (whole(), painted())[seed % 2]
         rewrite(scene, path, **(spoiled(scene, rng) if seed % 3 else {"header": misdescribed(scene, rng)}))
         try:

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding import cache, notices
 from blender_rl_guiding.experiments import references
 from blender_rl_guiding.experiments.references import BLOCK
 from blender_rl_guiding.images import read_exr, sha256, write_exr
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import Machine, Render
-from tests import mutations, scenes
+from tests import scenes
 
 SCENE, OTHER = scenes.white_cube(8), replace(scenes.white_cube(8), bounces=scenes.bounces(3))
 MACHINE = Machine()

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.experiments.probe import rounded
 from blender_rl_guiding.experiments.runs import Frame, finished_frame, finished_run, save_run
@@ -18,7 +19,7 @@ from blender_rl_guiding.images.metrics import LARGEST, compare, relmse
 from blender_rl_guiding.render import Result, render
 from blender_rl_guiding.report import result_file
 from blender_rl_guiding.settings import Machine, QTable, Render
-from tests import mutations, scenes
+from tests import scenes
 
 SCENE, OTHER = scenes.tiny(8), scenes.tiny(9)
 SETTINGS = Render(spp=2, passes=True, denoise=True, guide=QTable(rows=2, columns=4))
