@@ -1,4 +1,4 @@
-"""A small scene that has some of everything a bundle can hold, and ways to change one thing of it."""
+"""A small scene with an example of everything in a bundle, and functions that change one thing of it."""
 
 import json
 import random
@@ -26,7 +26,7 @@ _CODE = (
 
 
 def whole() -> SceneData:
-    """Two objects, an instance, a textured shader, lamps, textures of both types, tables, attributes and a loss; never rendered."""
+    """Two objects, an instance, a textured shader, lamps, textures of both types, tables, attributes and a loss. Tests do not render it."""
     room, rng = scenes.tiny(4), np.random.default_rng(1)
     scene, count = with_instances(room, scenes.white_cube(), np.eye(3, 4)[None]), len(room.triangles)
     painted = Shader("painted", _CODE, (Closure("diffuse", 0.5, {"color": Node(3)}), Closure("glossy", Node(2), {"roughness": 0.1})))
@@ -62,18 +62,18 @@ def changed(array: np.ndarray, index: Any, value: Any) -> np.ndarray:
 
 
 def shader(scene: SceneData, index: int = 0, **values: Any) -> dict[str, Any]:
-    """For `replace`: the shaders, of which one has other values."""
+    """For `replace`: the shaders, one of them with other values."""
     new = replace(scene.shaders[index], **values)
     return {"shaders": (*scene.shaders[:index], new, *scene.shaders[index + 1 :])}
 
 
 def lamp(scene: SceneData, **values: Any) -> dict[str, Any]:
-    """For `replace`: the lamps, of which the first has other values."""
+    """For `replace`: the lamps, the first with other values."""
     return {"lamps": (replace(scene.lamps[0], **values), *scene.lamps[1:])}
 
 
 def rewrite(scene: SceneData, path: Path, header: Any = None, **arrays: Any) -> None:
-    """Write a bundle in which the header's values or arrays are replaced, or left out where None."""
+    """Write the scene's bundle with other values of the header, or other arrays. None leaves one out."""
     save(scene, path)
     with np.load(path) as file:
         content = {name: file[name] for name in file.files}
@@ -83,7 +83,7 @@ def rewrite(scene: SceneData, path: Path, header: Any = None, **arrays: Any) -> 
 
 
 def refusal(path: Path) -> str:
-    """What `load` says of a bundle that it must refuse, after a check that it is one line that names the file."""
+    """`load` refuses the bundle in one line that names the file. Returns the line."""
     with pytest.raises(InputError) as info:
         load(path)
     text = str(info.value)
@@ -114,7 +114,7 @@ def misdescribed(scene: SceneData, rng: random.Random) -> dict[str, Any]:
 
 
 def painted() -> SceneData:
-    """`whole` with shaders that have steps of every family, a closure of every kind, tiles, a lamp with a shader, and the disc of a sun."""
+    """`whole` with steps of every family, closures of every kind, tiles, a lamp with a shader, and a sun's disc."""
     scene, rng = whole(), np.random.default_rng(2)
     tile = Texture("tile", True, rng.integers(256, size=(2, 2, 4), dtype=np.uint8), 1001, 1)
     textures = (*scene.textures, tile, replace(tile, tile=1002, rest=0))

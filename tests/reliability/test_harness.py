@@ -1,4 +1,4 @@
-"""The campaigns can fail: an input that crashes, hangs, raises, says too much, takes too much or writes elsewhere is found, and kept."""
+"""The campaigns can fail: they find and keep an input that crashes, hangs, raises, writes elsewhere, says too much or takes too much."""
 
 import os
 import random
@@ -25,7 +25,7 @@ def guard(tmp_path: Path) -> Guard:
 
 
 def refuse(text: str) -> None:
-    raise FloatingPointError(text)  # InputError would make its text printable
+    raise FloatingPointError(text)  # not InputError, which makes its text printable
 
 
 def leave_through_link(folder: Path, guard: Guard) -> None:
@@ -43,7 +43,7 @@ def chmod_through_link(folder: Path, guard: Guard) -> None:
     (folder / "image.exr").chmod(0o600)
 
 
-# What a program might do, and the kind of finding that it is.
+# Name: what a program might do, and how the finding begins.
 BAD = {
     "raise": (lambda folder, guard: {}["x"], "traceback: KeyError"),
     "leave": (lambda folder, guard: sys.exit(1), "traceback: SystemExit"),
@@ -76,7 +76,7 @@ GOOD = {
 
 
 class Doing:
-    """An input that does something."""
+    """A trial that calls a function."""
 
     def __init__(self, do, guard: Guard) -> None:
         self._do, self._guard = do, guard
@@ -102,7 +102,7 @@ def test_what_is_good_is_not(name, guard):
     assert not (guard.work / "3").exists()
 
 
-# A campaign in processes of its own: the third input crashes, the fifth hangs.
+# A campaign in child processes: input 2 crashes, input 4 hangs.
 DEADLY = """
 import os, signal, time
 from benchmarks.reliability import trying
@@ -116,7 +116,7 @@ class Fuzz:
         if folder.name == "4":
             time.sleep(100000)
         if folder.name == "3":
-            trying.LIMIT = 5.0  # of the next one alone: no other is taken for hanging
+            trying.LIMIT = 5.0  # for input 4 alone: no other input counts as hanging
         return "accepted", ""
 """
 
@@ -208,7 +208,7 @@ def test_differences_and_leftovers_are_seen(tmp_path):
 
 
 def minutes(slope: float, count: int = 60, process: int = 7, first: float = 300.0) -> list[dict[str, float]]:
-    """Measures of a worker that grows by so many MiB in an hour."""
+    """Measures of a worker that grows by `slope` MiB an hour."""
     rng = np.random.default_rng(0)
     others: dict[str, float] = {"jobs": 3, "files": 9, "threads": 5, "temporary": 0, "process": process}
     return [{"step": k, "memory": first + slope * k / 60 + rng.normal()} | others for k in range(count)]
@@ -238,7 +238,7 @@ def test_kills_that_meet_no_checkpoint_are_a_finding(went_on, idle, tmp_path, mo
 def test_another_source_is_another_campaign(tmp_path):
     (tmp_path / "addon").mkdir()
     seen = {source(tmp_path)}
-    for text in ("a = 1", "a = 2", "a = 22"):  # whatever is committed
+    for text in ("a = 1", "a = 2", "a = 22"):  # committed or not
         (tmp_path / "addon" / "a.py").write_text(text)
         seen.add(source(tmp_path))
     assert len(seen) == 4
