@@ -1,4 +1,4 @@
-"""Damaged checkpoints: a render goes on from them to the same bits, begins anew, or says one line."""
+"""Damaged checkpoints: a render goes on to the same bits, begins anew, or fails with one line."""
 
 import io
 import random
