@@ -69,7 +69,9 @@ class Builder:
             for j in range(segments):
                 a, b, c, d = point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)
                 # At a pole two of the four points are one.
-                for corners in [(a, b, c)] * (i < rings - 1) + [(a, c, d)] * (i > 0):
+                lower = [(a, b, c)] if i < rings - 1 else []
+                upper = [(a, c, d)] if i > 0 else []
+                for corners in (*lower, *upper):
                     n = np.array(corners[::-1] if inward else corners)
                     self.triangle(centre + radius * n, -n if inward else n, of)
 

@@ -151,7 +151,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path, capsys, monkeypatch):
             tried.append(step)
             if len(tried) == 3:
                 raise KeyboardInterrupt
-            yield Outcome(step, "accepted", finding="write: too much" * (step == 1))
+            yield Outcome(step, "accepted", finding="write: too much" if step == 1 else "")
 
     monkeypatch.setattr("benchmarks.reliability.writers.outcomes", outcomes)
     assert campaigns.main(["writers", "--out", str(tmp_path)]) == 130

@@ -1,4 +1,4 @@
-"""The estimate of a sweep: by runs of the same method on the same scene, else of the method, else of the kind of guide."""
+"""The estimate of a sweep, from runs of the method on the scene, else of the method, else of its kind of guide."""
 
 from pathlib import Path
 from types import SimpleNamespace

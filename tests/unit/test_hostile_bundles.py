@@ -1,4 +1,4 @@
-"""Bundles that somebody made to read or write outside of arrays: they are refused, or render to an end."""
+"""Bundles crafted to read or write outside of arrays: they are refused, or render to an end."""
 
 import random
 from collections import Counter
@@ -56,7 +56,7 @@ OUTSIDE = {
 
 
 def placed(x: float) -> tuple[tuple[float, ...], ...]:
-    """A matrix that moves things along x."""
+    """The matrix of a shift along x."""
     return ((1.0, 0.0, 0.0, x), *IDENTITY[1:])
 
 
@@ -71,7 +71,7 @@ def test_what_would_lead_out_of_arrays_is_refused_by_writer_and_reader(scene, tm
 
 
 def test_scenes_without_attributes_need_no_table_of_them(scene, tmp_path):
-    """The default has no column for an object either."""
+    """The default table has no column either."""
     for shape in ((0, 0), (0, len(scene.visibility))):
         plain = replace(scene, shaders=scene.shaders[:1] * len(scene.shaders), attribute_rows=np.zeros(shape, np.int64))
         save(plain, tmp_path / "scene.npz")
@@ -80,7 +80,7 @@ def test_scenes_without_attributes_need_no_table_of_them(scene, tmp_path):
 
 
 def test_whatever_number_a_bundle_has_it_loads_or_is_refused_in_a_line(tmp_path):
-    """Extremes of each number's type, in arrays and in the header, by fixed seeds."""
+    """Extremes in arrays and in the header, drawn with fixed seeds."""
     path, outcomes = tmp_path / "scene.npz", []
     for seed in range(200):
         rng = random.Random(seed)
@@ -91,7 +91,7 @@ def test_whatever_number_a_bundle_has_it_loads_or_is_refused_in_a_line(tmp_path)
         except InputError as error:
             assert "\n" not in str(error)  # noqa: PT017  # either outcome is right
             outcomes.append(str(error))
-    assert 30 < outcomes.count("") < 170  # what can be loaded could be saved
+    assert 30 < outcomes.count("") < 170  # `save` would have refused some of those that load
 
 
 # --- and rendered ------------------------------------------------------------------------------------------------------
@@ -100,7 +100,7 @@ GUIDES = BSDF(), Uniform(), QTable(rows=2, columns=3, cells=8, levels=2, recorde
 
 
 def test_what_loads_renders_to_an_end(tmp_path):
-    """A finite image, or one line. With NUMBA_BOUNDSCHECK=1 every index is checked on the way: see `kernels`."""
+    """A finite image, or one line. NUMBA_BOUNDSCHECK=1 checks every index: see `kernels`."""
     path, ends = tmp_path / "scene.npz", Counter()
     for seed in range(1000, 1030):
         rng = random.Random(seed)
@@ -134,6 +134,6 @@ ENDLESS = {
 
 @pytest.mark.parametrize("light", ENDLESS)
 def test_a_light_without_end_is_named(scene, light):
-    """Of infinite powers no shares can be computed."""
+    """Infinite powers have no shares."""
     with pytest.raises(InputError, match=f"{light} sends out more light than can be counted"):
         render(replace(scene, **ENDLESS[light](scene)), Render(spp=1), Machine(threads=1))

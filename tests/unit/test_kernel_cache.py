@@ -1,4 +1,4 @@
-"""A compiled kernel that is damaged, or another's, is never run: it is compiled again, once, and a line says so."""
+"""A compiled kernel that is damaged, or that of another source, never runs: it is compiled again, once, and a line says so."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Text that others chose: no terminal obeys it, and no path that is made of it leads elsewhere."""
+"""Text from others: no terminal obeys it, and no path made of it leads elsewhere."""
 
 import unicodedata
 from pathlib import Path
@@ -34,7 +34,7 @@ def test_of_names_from_before_only_those_are_refused_that_lead_out_or_cannot_be_
 
 
 def test_what_is_written_goes_through_no_link(tmp_path: Path):
-    """Temporary names can be guessed, and final ones are known."""
+    """Others can guess temporary names, and know final ones."""
     (tmp_path / "kept").write_text("kept")
     with atomic(tmp_path / "a.txt") as temporary:
         temporary.touch()
