@@ -1,4 +1,4 @@
-"""Several runs at a time: the same results as one after the other, and a run that fails is told and ends no other."""
+"""Several runs at a time give the results of one at a time. A failing run is told, and the others go on."""
 
 import io
 import json
@@ -29,7 +29,7 @@ METHODS = ["--methods", "uniform,dqn", "--spp", 4, "--seeds", 2, "--reference-sp
 
 
 def results(folder: Path) -> dict[str, dict]:
-    """What the result.json of each run says, without what a clock or the number of threads decides."""
+    """The result.json of each run, without values that depend on the clock or on the number of threads."""
     found = {}
     for path in folder.rglob("result.json"):
         values = json.loads(path.read_text())
@@ -98,7 +98,7 @@ def test_threads_are_shared():
 
 
 def blinding() -> SceneData:
-    """A light behind a sheet that multiplies it beyond what single precision holds."""
+    """A light behind a sheet that multiplies it beyond single precision."""
     b = scenes.Builder()
     b.quad((-0.9, 1, -0.3), (-0.6, 1, -0.3), (-0.6, 1, -0.1), (-0.9, 1, -0.1), scenes.material("sun", emission=(1e37, 1e37, 1e37)))
     b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", 100.0),)))
@@ -106,7 +106,7 @@ def blinding() -> SceneData:
 
 
 class Deadly:
-    """Ends whatever process unpickles it."""
+    """An object that ends the process that unpickles it."""
 
     def __reduce__(self):
         return os._exit, (3,)
@@ -171,7 +171,7 @@ with _Workers(2, Machine(threads=1)) as workers:
 
 
 def test_ctrl_c_reaches_no_child():
-    """Not even the first, before which Python starts a process of its own that unblocks the signal."""
+    """Not even the first: before it, Python starts a process that unblocks the signal."""
     done = subprocess.run([sys.executable, "-c", MASKS], capture_output=True, text=True, check=True, timeout=PATIENCE)
     assert done.stdout.split() == ["1", "1"]
 
@@ -194,12 +194,12 @@ if __name__ == "__main__":
 
 
 def endless(task: Task) -> Task:
-    """The run with more samples than anyone waits for."""
+    """All children end with the parent, in the middle of endless runs."""
     return replace(task, settings=replace(task.settings, spp=1_000_000))
 
 
 def test_no_process_outlives_one_that_is_killed(compiled, tmp_path):
-    script = tmp_path / "parent.py"  # a file, which its children import
+    script = tmp_path / "parent.py"  # children import this file
     script.write_text(PARENT)
     variables = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
     pipe = subprocess.PIPE
@@ -208,5 +208,5 @@ def test_no_process_outlives_one_that_is_killed(compiled, tmp_path):
         children = next(line.split()[1:] for line in parent.stdout if line.startswith("children "))
         assert len(children) == 2
         parent.kill()
-        _, said = parent.communicate(timeout=PATIENCE)  # as long as there is anyone who could say something
+        _, said = parent.communicate(timeout=PATIENCE)  # waits until no process has the pipe open
     assert said == ""

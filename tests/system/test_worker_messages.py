@@ -1,4 +1,4 @@
-"""The worker and its client, told what nobody should tell them: a bad line is one error, and the next one is as good as ever."""
+"""The worker and its client get bad lines: each costs one error, and the next line is read as usual."""
 
 import io
 import json
@@ -42,7 +42,7 @@ NO_JOBS = [
 
 
 def mutated(count: int) -> list[bytes]:
-    """Jobs with one value changed. None succeeds: there is no bundle."""
+    """Jobs with one value changed. All fail, because there is no bundle."""
     lines = []
     for name, values in JOBS.items():
         found = mutations.of_json(json.dumps({"job": name} | values))

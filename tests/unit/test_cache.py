@@ -98,7 +98,7 @@ def test_what_is_ours_is_closed_and_code_that_was_open_to_others_removed(
     assert told == []
     (folder / "kept").touch()
     assert cache.folder(kind, "below") == folder
-    assert (folder / "kept").exists()  # one call in all
+    assert (folder / "kept").exists()  # removed once, not at each call
 
 
 def test_code_that_cannot_be_removed_is_not_found_either(home: Path, told: list[str], monkeypatch: pytest.MonkeyPatch):

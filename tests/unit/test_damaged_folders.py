@@ -65,7 +65,7 @@ def outcome(folder: Path, all_of_it: bool = False) -> str:
 
 
 def listing(folder: Path) -> list[str]:
-    """The entries of the folder's parent: `..` in a name would write there."""
+    """The names in a folder. Of the parent of a run folder: `..` in a name would write there."""
     return sorted(path.name for path in folder.iterdir())
 
 

@@ -130,6 +130,6 @@ def test_a_check_that_hangs_ends_with_the_addon():
 
 
 def test_a_check_without_a_pipe_comes_to_its_end():
-    """An older add-on gives no version."""
+    """An older add-on gives the check no pipe as stdin."""
     command = [sys.executable, "-c", f"{SLOW.format('time.sleep(0.5) or e.Part(str())')}; e.main(['1.0'])"]
     assert subprocess.run(command, stdin=subprocess.DEVNULL, check=False, capture_output=True, timeout=PATIENCE).returncode == 0

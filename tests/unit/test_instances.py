@@ -46,7 +46,7 @@ def crowd() -> SceneData:
 
 
 def alike(a: SceneData, b: SceneData, settings: Render) -> tuple[Result, Result]:
-    """Render both scenes. First hits are equal, and nearly all paths. Returns the images."""
+    """Render both scenes. First hits are equal, and nearly all paths. Returns the results."""
     first, second = (render(scene, replace(settings, passes=True)) for scene in (a, b))
     ours, theirs = first.film.layers(), second.film.layers()
     for name, tolerance in {"Position": 1e-5, "Depth": 1e-5, "Albedo": 1e-5, "Normal": 1e-3}.items():
@@ -86,9 +86,9 @@ def test_each_instance_is_seen_by_its_own_rays():
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (7.0, -40.0, 3.0), (900.0, 2000.0, -300.0)])
 @pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (-2.0, 0.3, 5.0), (40.0, 40.0, 0.02)])
 def test_rays_neither_leave_closed_rooms_nor_hit_where_they_start(scale: Any, shift: Any):
-    """From within a white room in a white world, nothing; a convex, perfectly white thing in there is invisible.
+    """A closed white room in a white world is black from inside. A convex thing of albedo 1 in that world is invisible.
 
-    Of a hundred thousand hits in a room far away, one may lie nearer to its edge than rounding can tell, and let a path out.
+    In a room far away, one hit in 100,000 lies nearer to an edge than rounding can tell, and its path may escape.
     """
     camera = replace(scenes.tiny(24).camera, to_world=tuple(map(tuple, (np.eye(4) + np.outer([*shift, 0], [0, 0, 0, 1])).tolist())))
     empty = replace(scenes.tiny(24), camera=camera, world=scenes.sky((1.0, 1.0, 1.0)))

@@ -130,7 +130,7 @@ def test_a_number_that_no_process_can_have(tmp_path: Path):
 
 
 def test_without_numbers_of_processes_age_decides(dead: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Outside of POSIX, asking whether a process lives may end it."""
+    """Outside of POSIX, the call that asks whether a process lives may end it."""
     monkeypatch.setattr(leftovers.os, "kill", None)
     monkeypatch.setattr(leftovers, "_SIGNALS", False)
     make(tmp_path, f".image.rlg-{dead}-{leftovers._computer()}.exr")

@@ -64,7 +64,7 @@ def test_key_ignores_names_and_coverage(scene):
 
 
 def nudged(scene: SceneData, name: str) -> dict[str, np.ndarray]:
-    """The array with a slightly greater last number."""
+    """For `replace`: the array with another last number, as near as possible."""
     array = getattr(scene, name)
     index = tuple(np.array(array.shape) - 1)
     return {name: changed(array, index, np.nextafter(array[index], np.float32(9)) if array.dtype == np.float32 else array[index] ^ 1)}

@@ -187,7 +187,7 @@ def texture(s: SceneData, index: tuple[int, int, int], value: float) -> dict[str
 
 
 def unlit(s: SceneData) -> dict[str, Any]:
-    """No lamp, and nothing that emits."""
+    """For `replace`: no lamp, and no shader that emits."""
     dark = tuple(replace(part, closures=tuple(c for c in part.closures if not emits(c))) for part in s.shaders)
     return {"shaders": dark, "world": Shader(""), "lamps": ()}
 

@@ -86,7 +86,7 @@ def test_too_many_values_at_once_are_refused():
 
 
 def test_what_closures_are_read_into_overwrites_no_value():
-    """The first closure's inputs take registers that are free only if registers are used again."""
+    """Code uses CODE_REGISTERS; a closure's inputs are read into the others. They must not overwrite values of later closures."""
 
     def greedy(count: int) -> SceneData:
         code = tuple(Instruction("attribute", options=(0,)) for _ in range(count))
