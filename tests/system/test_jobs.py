@@ -194,7 +194,7 @@ if __name__ == "__main__":
 
 
 def endless(task: Task) -> Task:
-    """All children end with the parent, in the middle of endless runs."""
+    """The task with so many samples that it does not end within a test."""
     return replace(task, settings=replace(task.settings, spp=1_000_000))
 
 

@@ -1,4 +1,4 @@
-"""The cases of the parity suite: small functions, each of which builds a scene that shows one feature.
+"""The cases of the parity suite: each is a small function that builds a scene to show one feature.
 
 Listing them needs no Blender: they get everything from the `Stage` that they are called with.
 """
