@@ -1,4 +1,4 @@
-"""The panels are made from the settings: every setting in one panel, those of the chosen variants alone, by labels that people read."""
+"""The panels are made from the settings: each setting is in one panel, of chosen variants only, with a readable label."""
 
 from typing import get_args
 
@@ -16,14 +16,14 @@ GUIDES = [*(guide() for guide in get_args(Guide)), *(DQN(encoder=variant()) for 
 
 
 def shown(scene: bpy.types.Scene) -> dict[str, list[str]]:
-    """The settings that each visible panel draws, by the panel's name, as paths below the scene's settings."""
+    """By panel name: the settings that each visible panel draws, as paths below the scene's settings."""
     where = context(scene)
     visible = {panel.bl_idname: drawn(panel, where) for panel in panels._PANELS if panel.poll(where)}
     return {name: [_path(one.owner, one.name) for one in layout.drawn if one.kind == "prop"] for name, layout in visible.items()}
 
 
 def _path(owner: bpy.types.PropertyGroup, name: str) -> str:
-    """dqn.encoder for rl_guiding.guide_dqn.encoder, as `schema.flags` has it."""
+    """The name in `schema.flags`: dqn.encoder for rl_guiding.guide_dqn.encoder."""
     group = owner.path_from_id().rpartition(".")[2]
     return name if group == "rl_guiding" else f"{group.partition('_')[2]}.{name}"
 
