@@ -173,7 +173,7 @@ def test_instances_look_like_copies(both: Callable, thing: bpy.types.Object, sce
     assert np.isclose(ours.image, theirs.image, rtol=0.02, atol=1e-3).all(axis=2).mean() > 0.9
     assert ours.image[hit].mean() == pytest.approx(theirs.image[hit].mean(), rel=0.01)
     bare = replace(kept, object_attributes=0 * kept.object_attributes)
-    assert not np.allclose(ours.image, render(bare, Render(spp=4, nee=True, max_bounces=3)).image, atol=0.1)  # they count
+    assert not np.allclose(ours.image, render(bare, Render(spp=4, nee=True, max_bounces=3)).image, atol=0.1)  # object colours count
 
 
 def test_visibility_is_that_of_each_instance(both: Callable, thing: bpy.types.Object):

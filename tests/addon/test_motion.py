@@ -130,7 +130,7 @@ def test_the_shutter(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object
     """A cube that moves from frame 5 on."""
     scene.render.motion_blur_position = position
     cube.driver_add("location", 0).driver.expression = "max(frame, 5)"
-    assert lines(run()) == [f"Cube, : {BLURRED}"] * moves
+    assert lines(run()) == ([f"Cube, : {BLURRED}"] if moves else [])
     assert np.isfinite(run().vertices).all()
 
 

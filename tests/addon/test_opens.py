@@ -155,7 +155,7 @@ def test_what_is_changed_in_edit_mode_is_in_the_image(run: Export, plane: bpy.ty
 
 
 def alone(scene: SceneData, line: str) -> bool:
-    """Whether exactly one line says that the plane is left out."""
+    """Whether the only line says that the plane is left out, and the cube's triangles are there."""
     return lines(scene) == [f"Plane, : left out, as it cannot be read: {line}"] and len(scene.triangles) == 12
 
 

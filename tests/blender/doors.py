@@ -94,7 +94,7 @@ def image_settings(scene: bpy.types.Scene) -> Any:
 
 
 def compositor(scene: bpy.types.Scene) -> None:
-    """(another image, its file)."""
+    """A compositor that changes the image and writes a file."""
     if bpy.app.version >= (5, 0):
         scene.compositing_node_group = tree = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
         tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
@@ -144,7 +144,7 @@ def grease_pencil(scene: bpy.types.Scene) -> None:
 
 
 def layers(scene: bpy.types.Scene) -> None:
-    """The window shows the second of two layers, and only that one renders. The first has no objects and is off."""
+    """Three view layers, the third off; only the window's layer is set to render."""
     scene.view_layers.new("Second")
     scene.view_layers.new("Third").use = False
     scene.render.use_single_layer = True

@@ -109,7 +109,7 @@ def render_and_compare(python: str, folder: str) -> None:
 
 
 def file_of_another_version(path: str) -> None:
-    """A file from a version where the same properties had other types, limits and items."""
+    """Save a file as from a version where the same properties had other types, limits and items."""
     number = bpy.props.IntProperty()
     other = {"spp": number, "max_bounces": number, "gone": number, "seed": bpy.props.FloatProperty(), "nee": bpy.props.StringProperty()}
     other["guide"] = bpy.props.EnumProperty(items=[("gone", "Gone", "", "NONE", 12345)])

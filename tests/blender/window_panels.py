@@ -61,14 +61,14 @@ def in_editor(which: int) -> Any:
 
 
 def rendered() -> bytes:
-    """Save the render result."""
+    """The render result as a PNG."""
     path = RESULT.with_suffix(".png")
     bpy.data.images["Render Result"].save_render(str(path))
     return path.read_bytes()
 
 
 def check_scene(scene: bpy.types.Scene) -> Iterator[Step]:
-    """Check Scene after a render by Cycles keeps its result."""
+    """Render by Cycles, then run Check Scene: the result must stay."""
     scene.render.engine, scene.cycles.samples = "CYCLES", 1
     scene.render.resolution_percentage = 10
     bpy.ops.render.render()
