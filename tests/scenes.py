@@ -15,7 +15,7 @@ NO_ROULETTE = 1024
 
 def material(name: str, albedo: Vector = (0.0, 0.0, 0.0), emission: Vector = (0.0, 0.0, 0.0)) -> Shader:
     """A diffuse reflector that may emit."""
-    closures = [Closure("diffuse", 1.0, {"color": albedo})] * any(albedo) + [Closure("emission", 1.0, {"color": emission})] * any(emission)
+    closures = [Closure(kind, 1.0, {"color": color}) for kind, color in (("diffuse", albedo), ("emission", emission)) if any(color)]
     return Shader(name, (), tuple(closures))
 
 

@@ -107,7 +107,10 @@ class Process:
     def kill(self, group: bool) -> None:
         """Send SIGKILL to it, and with `group` to all processes of its session."""
         with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL) if group else self._process.kill()
+            if group:
+                os.killpg(self._process.pid, signal.SIGKILL)
+            else:
+                self._process.kill()
         self._process.wait()
 
     def orphans(self, seconds: float = 30.0) -> list[str]:
@@ -151,7 +154,7 @@ def outcome_of(status: int, said: str) -> tuple[str, str]:
 def digest(folder: Path) -> dict[str, Any]:
     """The contents of a folder's files by name: pixels, numbers and tables without times. ValueError if a file is not whole.
 
-    Pages and pictures of diagrams, which show times, are there or not.
+    Of other files only whether they are empty: pages and diagrams show times.
     """
     found: dict[str, Any] = {}
     for path in sorted(folder.rglob("*")):

@@ -39,7 +39,10 @@ def outcomes(kind: str, seed: int, first: int, end: int, folder: Path, options: 
                     keep(folder, guard, outcome)
                     yield outcome
             finally:
-                child.kill() if sys.exc_info()[0] else child.wait()
+                if sys.exc_info()[0]:
+                    child.kill()
+                else:
+                    child.wait()
         if first < end:
             died = Outcome(first, "broken", finding=_death(child.wait(), words), seconds=0.0)
             if not guard.work.joinpath(str(first)).exists():

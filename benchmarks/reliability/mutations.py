@@ -247,7 +247,10 @@ def of_files(folder: Path) -> Iterator[tuple[str, Callable[[Path], object]]]:
 
 
 def _remove(path: Path) -> None:
-    shutil.rmtree(path) if path.is_dir() else path.unlink()
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()
 
 
 def _link(path: Path, target: Path) -> None:
@@ -258,7 +261,10 @@ def _link(path: Path, target: Path) -> None:
 def _other_kind(path: Path) -> None:
     was_file = path.is_file()
     _remove(path)
-    path.mkdir() if was_file else path.write_bytes(b"x")
+    if was_file:
+        path.mkdir()
+    else:
+        path.write_bytes(b"x")
 
 
 # ----------------------------------------------------------------------------------------------------------- for tests

@@ -1,7 +1,7 @@
 """Renders scenes with misleading settings through every door: python doors.py FOLDER, in the Python of any Blender.
 
-FOLDER/found.json receives of each case, by its name, what each door made of it: "export", "capture" and "frames" the key of the bundle,
-"cycles" a digest of the pixels of the reference, and "files" what was written beside it; or the error.
+FOLDER/found.json has for each case, by name, the result of each door, or its error. "capture", "export" and "frame": the key of the
+bundle; "cycles": a digest of the reference's pixels; "files": the names of files written besides.
 """
 
 import hashlib

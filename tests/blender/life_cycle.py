@@ -1,8 +1,6 @@
 """`test_install.py` runs this script in a Blender: `life_cycle.py new|again ZIP FOLDER`. `again` is another process after `new`.
 
-The variable RENDERER names the Python of a whole environment.
-
-Ends with status 0 if every assertion holds.
+The variable RENDERER names the Python of a whole environment. Status 0 if all assertions hold.
 """
 
 import os

@@ -1,8 +1,9 @@
 """Renders worlds of Sky Textures by Cycles, and exports them: python skies.py CASES.json FOLDER, in the Python of any Blender.
 
-CASES.json maps names to [settings of the node, strength of the background]. FOLDER receives of each NAME.npz: `view`, the sky all
-around at the middle of 64 x 32 pixels of an equirectangular camera, top row first, and `lit`, (64, 3) independent estimates of what a
-white floor reflects; and NAME.bundle.npz, the scene as exported.
+CASES.json maps names to [settings of the node, strength of the background]. For each NAME, FOLDER gets NAME.bundle.npz, the exported
+scene, and NAME.npz with
+  view  the sky at the middles of 64 x 32 pixels of an equirectangular camera, top row first,
+  lit   (64, 3) independent estimates of the radiance that a white floor reflects.
 """
 
 import json

@@ -1,7 +1,7 @@
 """`test_windows.py` runs this script in a Blender with a window: `window_compare.py SCREENS RESULT PYTHON`.
 
-Compares two methods by the panel's button while a render goes on, looks at what came out, picks a point and asks what is learnt there,
-compares with Cycles, saves and reloads. What was found goes to RESULT, screenshots to SCREENS.
+It compares two methods by the panel's button during a render, notes the results, picks a point and shows what was learnt there,
+compares with Cycles, saves and reloads. RESULT gets the findings, SCREENS the screenshots.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """`test_windows.py` runs this script in a Blender with a window: `window_first.py SCREENS RESULT PYTHON`.
 
-F12 on the start-up file, with nothing set but the engine and a small image; then the same by Cycles, beside RESULT as EXR files.
+It renders the start-up file by F12, with only the engine and a small image set, then by Cycles. The EXR files are beside RESULT.
 """
 
 import sys

@@ -1,7 +1,7 @@
 """`test_install.py` runs this script in a Blender with a window: `window_install.py ZIP FOLDER SCREENS PYTHON`.
 
-Installs the zip and checks the environment as a person would, by mouse and keyboard, in a window of 1600 x 1000 pixels. Screenshots go to
-SCREENS, what went wrong to FOLDER/result.json. PYTHON is that of a whole environment.
+It installs the zip and checks the environment by mouse and keyboard, in a window of 1600 x 1000 pixels. SCREENS gets the screenshots,
+FOLDER/result.json the errors. PYTHON is that of a whole environment.
 """
 
 import json

@@ -1,7 +1,7 @@
 """`test_windows.py` runs this script in a Blender with a window: `window_panels.py SCREENS RESULT PYTHON`.
 
-Draws every panel for every guide and encoder, checks the scene, applies presets, and leaves screenshots in SCREENS. What it found goes
-to RESULT as JSON; what panels print when they fail to draw is on stderr.
+It draws every panel for every guide and encoder, checks the scene and applies presets. SCREENS gets the screenshots, RESULT the
+findings as JSON. Panels that fail to draw print on stderr.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """`test_windows.py` runs this script in a Blender with a window: `window_render.py SCREENS RESULT PYTHON`.
 
-Renders with F12, edits the scene meanwhile, presses Esc, then has the renderer die. What was found goes to RESULT, screenshots to SCREENS.
+It renders by F12, edits the scene meanwhile, presses Esc, then kills the renderer. RESULT gets the findings, SCREENS the screenshots.
 """
 
 import sys

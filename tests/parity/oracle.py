@@ -1,7 +1,7 @@
 """Builds cases, renders them by Cycles and exports them: python -m tests.parity.oracle FOLDER CASE...
 
-FOLDER receives of each case CASE.npz: how many renders, their mean and its variance, (H, W, 4) float64 each; and CASE.bundle.npz,
-or CASE.error, which says in a few lines why it does not. Runs in a process of its own, with Blender inside.
+For each case FOLDER gets CASE.npz, with the number of renders, their mean and its variance, (H, W, 4) float64 each, and CASE.bundle.npz.
+If the case fails, it gets CASE.error with the reason. Runs in a process of its own, with Blender inside.
 """
 
 import sys

@@ -25,7 +25,7 @@ class Nodes:
     def add(self, kind: str, inputs: Mapping[str, Any] | None = None, **attributes: Any) -> bpy.types.Node:
         """A node of type ShaderNode`kind`.
 
-        Inputs are found by the socket's identifier, otherwise by its name; see `set_input` for what they may be.
+        `inputs` are values by the socket's identifier, or else by its name; see `set_input` for values.
         """
         node = self.tree.nodes.new(f"ShaderNode{kind}")
         for name, value in attributes.items():

@@ -1,7 +1,7 @@
 """Cycles is the oracle: each small scene is exported, rendered here, and equals the image by Cycles.
 
-Means of blocks of pixels are compared by Welch's t-test, with the variances of both renderers; a false alarm has the probability
-`significance.ALARM` for each scene. A scene that shows too little to find a bias of 2 % in the whole image fails, too.
+Welch's t-test compares means of blocks of pixels, with the variances of both renderers. The false-alarm rate for each scene is
+`significance.ALARM`. A scene also fails if a bias of 2 % in the whole image would not be seen.
 """
 
 import subprocess

@@ -1,9 +1,12 @@
 """Measures Blender's reflection models in Cycles, without noise: python bsdf_oracle.py SPEC.json OUT.npy.
 
-One pixel for each case: a quad of the case's material, seen by an orthographic camera from the case's wo and lit by one sun at a
-time, so that its radiance is f |cos|. SPEC has "materials", each a node's "node", "inputs" (a number, a colour or a vector) and
-"properties"; "cases", each an index of materials, a 3 x 3 matrix from the frame of the quad (normal +z) to world space, in which
-wo is +z, and whether the quad turns its back; and "suns", unit vectors in world space towards the light. OUT is (suns, cases, 3).
+Each case is a pixel: a quad of the case's material, seen by an orthographic camera from wo and lit by one sun at a time. Its radiance
+is f |cos|. SPEC has
+  materials  {"node", "inputs": numbers, colours or vectors by name, "properties"} of each,
+  cases      (index of a material; 3 x 3 matrix from the quad's frame, with normal +z, to world space, with wo = +z; whether the quad
+             turns its back) of each,
+  suns       unit vectors in world space towards the light.
+OUT is (suns, cases, 3).
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 

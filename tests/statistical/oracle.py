@@ -1,6 +1,6 @@
 """Renders a .blend by Cycles without bias, once for each seed: python oracle.py SCENE.blend FOLDER SIZE SPP SEEDS.
 
-Where SCENE.blend does not exist, it is made: a smooth ball and a box of Principled materials, one of which glows, under a coloured sky.
+If SCENE.blend does not exist, it is made: a smooth ball and a box of Principled materials under a coloured sky. One material emits.
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 

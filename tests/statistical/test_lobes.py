@@ -46,9 +46,9 @@ def numbers(count: int = N) -> np.ndarray:
 
 
 def sphere() -> np.ndarray:
-    """Directions, one in each cell of a fine grid of equal solid angles, (n, 3); `per_bin` sums over its bins.
+    """Directions (n, 3), one in each cell of a fine grid of equal solid angles. `per_bin` sums over bins.
 
-    They are jittered, as the refracted lobe ends abruptly, here and there along a line of the grid.
+    They are jittered: the refracted lobe ends abruptly, in places along a line of the grid.
     """
     steps = BINS * NODES
     jitter = np.random.default_rng(2).random((2, steps, steps))

@@ -38,7 +38,7 @@ def grazing(n, u, v):
 def leave(surface, memory, first, object_, share, count, found):
     """From points of a closed convex shell, count rays that go out and hit it, and rays that go in and hit nothing.
 
-    `first` is the first triangle of this object, `share`: (1, T), the triangles' cumulative shares of the area.
+    `first`: the object's first triangle. `share` (1, T): cumulative shares of the triangles' area.
     """
     surface, memory = ref(surface), ref(memory)
     for i in range(count):

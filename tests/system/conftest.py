@@ -82,8 +82,8 @@ def rlg_process(compiled: None) -> Run:
 def interrupted(compiled: None) -> Callable[..., tuple[int, str]]:
     """Run `rlg` with arguments; send SIGINT when it reaches `moment` ("module:class:function") for the `nth` time.
 
-    Waits until it and all its children have ended; returns its status and what they said on stderr. With `group` the children are sent
-    SIGINT, too, as a terminal does.
+    Waits until it and all its children have ended. Returns (status, stderr of all). `group`: send SIGINT to the children, too, as a
+    terminal does.
     """
 
     def run(moment: str, nth: int, *arguments: object, after: float = 0.05, group: bool = False) -> tuple[int, str]:
@@ -96,7 +96,10 @@ def interrupted(compiled: None) -> Callable[..., tuple[int, str]]:
                 assert line, f"ended before {moment}: {process.stderr.read() if process.stderr else ''}"
                 seen += line == "now\n"
             time.sleep(after)
-            os.killpg(process.pid, signal.SIGINT) if group else process.send_signal(signal.SIGINT)
+            if group:
+                os.killpg(process.pid, signal.SIGINT)
+            else:
+                process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=PATIENCE)
             return process.returncode, said
 

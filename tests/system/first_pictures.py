@@ -1,7 +1,7 @@
 """The pictures that a person sees first, by Cycles: python -m tests.system.first_pictures FOLDER.
 
-FOLDER receives of each start-up file with something to render NAME.blend, as it comes but smaller, NAME-reference.exr, and NAME-0.exr,
-NAME-1.exr, ... of `SPP` samples each, without anything that biases them. Runs in a process of its own, with Blender inside.
+For each start-up file with something to render, FOLDER gets NAME.blend, the file with a smaller image, NAME-reference.exr, and
+NAME-0.exr, NAME-1.exr, ... with `SPP` samples and no bias. Runs in a process of its own, with Blender inside.
 """
 
 import sys

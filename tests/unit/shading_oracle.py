@@ -1,8 +1,7 @@
 """Measures shader nodes in Cycles: python shading_oracle.py CASES.json ATTRIBUTES.npz RESULT.npy.
 
-Every case is a node with its settings and inputs; it colours a row of squares, each a pixel of the image, that have the given
-attributes, one value for each square; an input may also be the "position". The result has the node's output there,
-(cases, squares, 3) float32.
+A case is a node with settings and inputs. It colours a row of squares, and each square is a pixel. Attributes have a value for each
+square; an input may also be the "position". The result is the node's output, (cases, squares, 3) float32.
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 

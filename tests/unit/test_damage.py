@@ -192,4 +192,7 @@ def test_nothing_is_read_or_written_through_a_link_that_leads_out(tmp_path: Path
 
 
 def _remove(path: Path) -> None:
-    shutil.rmtree(path) if path.is_dir() else path.unlink()
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()

@@ -18,7 +18,7 @@ def lit(rows: int, columns: int, row: int, column: int) -> np.ndarray:
     values[row, column] = 1.0
     rgba = discs.picture(values, AXIS, SIZE).astype(float)
     assert rgba.shape == (SIZE, SIZE, 4)
-    return (rgba[..., 0] / rgba[..., 0].max()) * (rgba[..., 3] > 0)
+    return np.where(rgba[..., 3] > 0, rgba[..., 0] / rgba[..., 0].max(), 0)
 
 
 def test_patches_have_equal_areas():

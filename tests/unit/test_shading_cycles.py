@@ -189,9 +189,9 @@ def image_cases(files: list[Path]) -> Iterable[Case]:
 
 
 def attributes() -> dict[str, np.ndarray]:
-    """A value of each attribute for each column; in the first eight columns but of u they are equal, whole, zero or negative.
+    """The values of each attribute, one for each column. The first eight columns, except of u, have equal, whole, zero or negative ones.
 
-    Numbers have few bits, because Cycles takes the mean of three of them, which must be exact to hash to the same.
+    Numbers have few bits: Cycles takes the mean of three of them, which must be exact, so that it hashes to the same.
     """
     rng = np.random.default_rng(5)
     values = {name: rng.integers(-2500, 2500, (COLUMNS, 3) if len(name) == 1 else COLUMNS) / 1024 for name in NAMES}

@@ -214,7 +214,7 @@ RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is
 def light_path(s: Stage, output: str) -> None:
     """A ball that emits for some rays and is transparent for the others.
 
-    It is found by chance alone. Where Cycles samples such light, a part is lost: it then asks for a ray that is of no kind.
+    Only chance finds it. If Cycles samples such light, it loses a part: it evaluates the light for a ray of no kind.
     """
     material, nodes = s.nodes()
     material.cycles.emission_sampling = "NONE"

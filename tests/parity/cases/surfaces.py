@@ -54,8 +54,8 @@ def glass(s: Stage, variant: tuple[float, float, str]) -> None:
 def glass_lit_by_chance(s: Stage, variant: tuple[float, float]) -> None:
     """Glass in light that Cycles does not sample.
 
-    Towards light that it aims at, Cycles' rough glass also transmits by microfacets seen from behind, which it never samples: very rough
-    glass is 1 % brighter in Cycles than without next-event estimation.
+    Towards sampled light, Cycles' rough glass also transmits by microfacets seen from behind, but it never samples these. So with
+    next-event estimation very rough glass is 1 % brighter in Cycles than without.
     """
     roughness, ior = variant
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
