@@ -14,8 +14,9 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
 
-from . import coverage, worker_client
 from . import installation as environment
+from . import worker_client
+from .coverage.losses import tell
 from .export.coverage import in_blender
 from .export.motion import FrameSet
 from .export.scene import export
@@ -139,10 +140,10 @@ def _told(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop) -> Sc
     try:
         scene = export(depsgraph, frame_set, stop)
     except InputError as error:
-        coverage.tell(depsgraph.scene.name, (), str(error))
+        tell(depsgraph.scene.name, (), str(error))
         raise
     lamps = left_to_chance(scene, depsgraph.scene.rl_guiding.nee)
-    coverage.tell(depsgraph.scene.name, (*in_blender(scene.coverage), *lamps))
+    tell(depsgraph.scene.name, (*in_blender(scene.coverage), *lamps))
     return scene
 
 

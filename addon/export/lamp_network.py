@@ -8,6 +8,7 @@ import numpy as np
 from blender_rl_guiding.scene.description import Value
 
 from .network import Network
+from .nodes import READERS
 from .object_info import own_attribute
 from .resources import Resources
 
@@ -18,7 +19,7 @@ class LampNetwork(Network):
     lamp = True
 
     def __init__(self, resources: Resources, instance: bpy.types.DepsgraphObjectInstance, depsgraph: bpy.types.Depsgraph) -> None:
-        super().__init__(resources)
+        super().__init__(READERS, resources)
         self._instance, self._depsgraph, self.light = instance, depsgraph, instance.object.data
         self._matrix = np.array(instance.matrix_world, np.float64)
         self.distant = self.light.type == "SUN"

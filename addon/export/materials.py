@@ -5,6 +5,7 @@ import bpy
 from blender_rl_guiding.scene.description import Closure, Shader
 
 from .network import At, Network, link_to, triple
+from .nodes import READERS
 from .resources import Resources
 from .shaders import closures_at
 
@@ -17,7 +18,7 @@ def read_material(material: bpy.types.Material | None, resources: Resources) -> 
         return Shader("", (), (Closure("principled", 1.0),)), ()
     if not has_nodes(material):
         return Shader(material.name, (), (Closure("diffuse", 1.0, {"color": triple(material.diffuse_color)}),)), ()
-    network = Network(resources, pass_index=material.pass_index)
+    network = Network(READERS, resources, pass_index=material.pass_index)
     output = material.node_tree.get_output_node("CYCLES")
     closures = _read_output(At(network, output, ())) if output else ()
     shader = Shader(material.name, network.code, closures)

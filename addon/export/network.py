@@ -1,6 +1,6 @@
 """Walks a node tree against its links, and writes the code that computes what arrives at a socket."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -10,7 +10,8 @@ from blender_rl_guiding.scene.ops import fault
 
 from .resources import Resources
 
-Path = tuple[bpy.types.Node, ...]  # the group nodes that lead to a node tree, from the outside
+Path = tuple[bpy.types.Node, ...]  # the group nodes that lead to a node tree, outermost first
+Reader = Callable[["At", str], Value | None]  # (a node, identifier of an output) -> its value; None, with a note, if it cannot be told
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # types of sockets
 
 
@@ -19,8 +20,9 @@ class Network:
 
     lamp = False  # whether it is that of a lamp
 
-    def __init__(self, resources: Resources, *, world: bool = False, pass_index: int = 0) -> None:
-        self.resources, self.world, self.pass_index = resources, world, pass_index
+    def __init__(self, readers: Mapping[str, Reader], resources: Resources, *, world: bool = False, pass_index: int = 0) -> None:
+        """`readers`: by the `bl_idname` of the nodes that each reads; `pass_index`: the material's."""
+        self.readers, self.resources, self.world, self.pass_index = readers, resources, world, pass_index
         self.notes: dict[tuple[str, str], None] = {}  # an ordered set
         self.distant = world  # whether it is infinitely far away
         self._steps: dict[Instruction, Node] = {}
@@ -83,10 +85,8 @@ class Network:
 
     def read(self, at: "At", output: str) -> Value | None:
         """What a node computes, by the identifier of the output; None, with a note, where it cannot be told."""
-        from .nodes import READERS  # the readers of nodes need this file
-
-        if at.node.bl_idname in READERS:
-            return READERS[at.node.bl_idname](at, output)
+        if at.node.bl_idname in self.readers:
+            return self.readers[at.node.bl_idname](at, output)
         at.note(f"{at.node.bl_label} is not supported: the unlinked values of the sockets that it leads to stand in")
         return None
 

@@ -13,6 +13,7 @@ from blender_rl_guiding.scene.ops import Interpolation, Projection
 from . import by_cycles
 from .materials import has_nodes
 from .network import At, Network, link_to, triple
+from .nodes import READERS
 from .resources import Resources
 from .shaders import closures_at
 from .visibility import RAY_KINDS
@@ -26,7 +27,7 @@ class _WorldNetwork(Network):
     """Has a picture of each node that cannot be read."""
 
     def __init__(self, resources: Resources, world: bpy.types.World, frame: float) -> None:
-        super().__init__(resources, world=True)
+        super().__init__(READERS, resources, world=True)
         self._world, self._frame = world, frame
 
     def read(self, at: At, output: str) -> Value | None:

@@ -1,14 +1,12 @@
 """Nodes that are drawn by hand, ramps and curves: tables, as in Cycles."""
 
-from collections.abc import Callable
-
 import bpy
 import numpy as np
 
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At
+from ..network import At, Reader
 
 
 def _ramp(at: At, output: str) -> Value:
@@ -65,7 +63,7 @@ def _looked_up(at: At, op: str, factor: Value, value: Value, table: int, ends: t
     return at.add("mix", factor, value, at.add(op, 1.0, place, options=options), mode="MIX", options=(0, 0))
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeValToRGB": _ramp,
     "ShaderNodeRGBCurve": _rgb_curves,
     "ShaderNodeVectorCurve": _vector_curves,

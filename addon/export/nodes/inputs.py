@@ -1,10 +1,8 @@
 """Nodes that bring something in: constants, coordinates, attributes, the object and the ray."""
 
-from collections.abc import Callable
-
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At, find, unlinked
+from ..network import At, Reader, find, unlinked
 
 _OBJECT_INFO = {"Location": "location", "Color": "color", "Alpha": "alpha", "Object Index": "object_index", "Random": "random"}
 _RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray", "Ray Length", "Ray Depth")
@@ -159,7 +157,7 @@ def _layer_weight(at: At, output: str) -> Value:
     return at.add("layer_weight", at.value("Blend"), *at.normal(), mode=output.upper())
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeRGB": _constant,
     "ShaderNodeValue": _constant,
     "ShaderNodeTexCoord": _texture_coordinate,

@@ -1,12 +1,10 @@
 """Nodes that make normals."""
 
-from collections.abc import Callable
-
 import bpy
 
 from blender_rl_guiding.scene.description import Color, Value
 
-from ..network import At, unlinked
+from ..network import At, Reader, unlinked
 
 
 def _normal_map(at: At, _output: str) -> Value:
@@ -46,7 +44,7 @@ def _normal(at: At, output: str) -> Value:
     return at.add("vector_math", direction, other, 0.0, 0.0, mode="DOT_PRODUCT")
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeBump": _bump,
     "ShaderNodeNormal": _normal,

@@ -1,7 +1,6 @@
 """The Blackbody node: a table of the colours that Cycles gives it."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -9,7 +8,7 @@ from numpy.polynomial.polynomial import polyval
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At, triple
+from ..network import At, Reader, triple
 
 _COLDEST, _HOTTEST = 800.0, 12000.0  # kelvin; beyond them colours stay as they are there
 # Cycles approximates the colours piece by piece; these begin at so many kelvin. Of each piece, with x in 1000 K: c and a, b of
@@ -64,4 +63,4 @@ def _colors(temperatures: np.ndarray) -> np.ndarray:
     return np.stack([red, green, blue, np.ones(len(x))], axis=1).clip(0)
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {"ShaderNodeBlackbody": _blackbody}
+READERS: dict[str, Reader] = {"ShaderNodeBlackbody": _blackbody}

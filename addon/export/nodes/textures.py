@@ -11,7 +11,7 @@ from blender_rl_guiding.scene.ops import Extension, Interpolation, Projection
 
 from ..by_cycles import opaque
 from ..images import read_image
-from ..network import At, link_to
+from ..network import At, Reader, link_to
 from ..sky import read_sky, usual_color
 from .inputs import generated, uv
 
@@ -117,7 +117,7 @@ def _result(output: str) -> str:
     return "COLOR" if output == "Color" else "FACTOR"
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeTexImage": _image,
     "ShaderNodeTexEnvironment": _environment,
     "ShaderNodeTexSky": _sky,

@@ -6,9 +6,9 @@ from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.chance import left_to_chance
 from blender_rl_guiding.scene.description import Loss
 
-from .capture import captured
-from .coverage import show
-from .export.coverage import in_blender
+from ..capture import captured
+from ..export.coverage import in_blender
+from .losses import show
 
 
 def check(scene: bpy.types.Scene) -> tuple[tuple[Loss, ...], str]:

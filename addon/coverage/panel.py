@@ -2,9 +2,9 @@
 
 import bpy
 
+from ..engine import RLGuided
+from ..text import draw_text
 from .check import RLG_OT_check
-from .engine import RLGuided
-from .text import draw_text
 
 _ROWS = 3
 
