@@ -1,4 +1,4 @@
-"""Nodes that are drawn by hand, ramps and curves: tables, as in Cycles."""
+"""Colour ramps and curves: tables, as in Cycles."""
 
 import bpy
 import numpy as np
@@ -54,7 +54,7 @@ def _columns(columns: list[list[float]]) -> np.ndarray:
 
 
 def _looked_up(at: At, op: str, factor: Value, value: Value, table: int, ends: tuple[float, float]) -> Value:
-    """A table over 0..1 applied to values between other ends: these are taken there, and blending is left for afterwards."""
+    """A table over 0..1, looked up at values between other ends: they are mapped to 0..1 first, and blended afterwards."""
     low, high = ends
     options = (table, int(at.node.mapping.extend == "EXTRAPOLATED"))
     if ends == (0.0, 1.0):

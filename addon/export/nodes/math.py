@@ -6,7 +6,7 @@ from ..network import At, Reader, find
 
 
 def _used(at: At, identifier: str) -> Value:
-    """What arrives at an input, or 0 if the node's mode does without it."""
+    """The value of an input; 0 if the node's mode does not use it."""
     return 0.0 if find(at.node.inputs, identifier).is_unavailable else at.value(identifier)
 
 

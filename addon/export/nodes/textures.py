@@ -1,4 +1,4 @@
-"""Texture nodes: images, and patterns that are computed."""
+"""Texture nodes: images, skies and procedural patterns."""
 
 from collections.abc import Callable
 
@@ -40,14 +40,14 @@ def _image(at: At, output: str) -> Value:
 
 
 def _wants_alpha(node: bpy.types.ShaderNodeTexImage) -> bool:
-    """Whether the Alpha socket is in use here or at a node that does the same: Cycles makes one of the two."""
+    """Whether the Alpha socket is linked here or at an equal node: Cycles merges the two."""
     twins = (n for n in node.id_data.nodes if n.bl_idname == node.bl_idname and _settings(n) == _settings(node))
     return any(twin.outputs["Alpha"].is_linked for twin in twins)
 
 
 def _settings(node: bpy.types.ShaderNodeTexImage) -> tuple:
     link = link_to(node.inputs["Vector"])
-    return node.image, node.extension, node.interpolation, node.projection, link and link.from_socket
+    return node.image, node.extension, node.interpolation, node.projection, link.from_socket if link else None
 
 
 def _environment(at: At, _output: str) -> Value:
