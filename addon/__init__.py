@@ -11,6 +11,7 @@ from . import (  # after the package's old modules are gone
     blender_panels,
     commands,
     comparison,
+    coverage,
     cycles_panels,
     engine,
     panels,
@@ -19,11 +20,9 @@ from . import (  # after the package's old modules are gone
     properties,
     repair,
 )
-from .coverage import check, losses
-from .coverage import panel as coverage_panel
 from .registering import registering
 
 # A module may name what modules before it have registered.
-_SETTINGS = (preferences, properties, repair, engine, presets, panels, cycles_panels)
-_COVERAGE = (losses, check, coverage_panel)
-register, unregister = registering((*_SETTINGS, *_COVERAGE, comparison, commands, blender_panels))
+register, unregister = registering(
+    (preferences, properties, repair, engine, presets, panels, cycles_panels, coverage, comparison, commands, blender_panels)
+)

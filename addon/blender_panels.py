@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import bpy
 
-from .engine import RLGuided
+from .panel import ENGINE
 
 _STANDARD = "BLENDER_RENDER"  # panels for every engine name this one
 _LEFT_OUT = {
@@ -48,10 +48,10 @@ def wanted() -> Iterator[type]:
 def register() -> None:
     """Show them."""
     for panel in wanted():
-        panel.COMPAT_ENGINES.add(RLGuided.bl_idname)
+        panel.COMPAT_ENGINES.add(ENGINE)
 
 
 def unregister() -> None:
     """Undo `register`."""
     for panel in bpy.types.Panel.__subclasses__():
-        getattr(panel, "COMPAT_ENGINES", set()).discard(RLGuided.bl_idname)
+        getattr(panel, "COMPAT_ENGINES", set()).discard(ENGINE)

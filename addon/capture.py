@@ -1,4 +1,4 @@
-"""Exports a scene of the open file by a render of it: Blender gives the depsgraph in render mode to engines alone."""
+"""Exports a scene of the open file by a render of it, see `exporter`."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,9 +15,9 @@ from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import View
 from blender_rl_guiding.strings import fit
 
-from .engine import Exporter
 from .export.coverage import of_scene, summary
 from .export.text import read_names
+from .exporter import Exporter
 from .neutral import first_layer, neutral
 
 

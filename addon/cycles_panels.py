@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from .engine import RLGuided
+from .panel import EnginePanel
 
 _SURFACES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects whose faces are rendered
 _RAYS = {"camera": "Camera", "diffuse": "Diffuse", "glossy": "Glossy", "transmission": "Transmission"}
@@ -105,18 +105,15 @@ def _at(root: Any, path: str) -> Any:
     return root
 
 
-class ShownPanel:
+class ShownPanel(EnginePanel):
     """Draws an entry of `_SHOWN`."""
 
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_options = {"DEFAULT_CLOSED"}
-    layout: bpy.types.UILayout
     shown: Shown
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.engine != RLGuided.bl_idname or not cls.shown.poll(context):
+        if not (super().poll(context) and cls.shown.poll(context)):
             return False
         return any(_at(context, owner) is not None for owner in cls.shown.owners)
 
@@ -137,19 +134,15 @@ class ShownPanel:
                     column.prop(owner, name, text=names[name])
 
 
-class SurfacePanel:
+class SurfacePanel(EnginePanel):
     """The nodes of the output that Cycles takes, and so this renderer."""
 
     bl_label = "Surface"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-
-    layout: bpy.types.UILayout
     owner: str  # in the context
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == RLGuided.bl_idname and _at(context, f"{cls.owner}.node_tree") is not None
+        return super().poll(context) and _at(context, f"{cls.owner}.node_tree") is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         tree = _at(context, f"{self.owner}.node_tree")

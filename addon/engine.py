@@ -1,4 +1,4 @@
-"""The render engine RL Guided: Blender calls it on F12. Engines alone see a depsgraph in render mode."""
+"""The render engine RL Guided, which Blender calls on F12."""
 
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,13 @@ from blender_rl_guiding.settings import Render
 
 from . import installation as environment
 from . import worker_client
-from .coverage.losses import tell
+from .coverage import tell
 from .export.coverage import in_blender
 from .export.motion import FrameSet
 from .export.scene import export
-from .export.stop import Stop, Stopped
-from .export.text import read_names
+from .export.stop import Stop
+from .exporter import Exporter
+from .panel import ENGINE
 from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
@@ -41,34 +42,10 @@ PASSES = {
 NOISY = ("RGBA", "COLOR")  # the pass "Noisy Image", where the image is denoised
 
 
-class Exporter(bpy.types.RenderEngine):
-    """Exports the scene and hands it to `deliver`. The base of the add-on's engines; itself never registered."""
-
-    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
-        try:
-            with read_names():
-                self.work(depsgraph)
-        except (InputError, OSError) as error:  # OSError: the temporary folder
-            self.report({"ERROR"}, str(error))  # unlike error_set, `report` fails the operator, too
-        except Stopped:
-            pass
-        except Exception as error:  # Blender would print it and show a black picture
-            self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {' '.join(str(error).split())}")
-            raise
-
-    def work(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Render. Blender shows the line of an InputError."""
-        self.deliver(export(depsgraph, self.frame_set))
-
-    def deliver(self, scene: SceneData) -> None:
-        """Take the exported scene. InputError as in `work`."""
-        raise NotImplementedError
-
-
 class RLGuided(Exporter):
     """The engine in the user's menu: renders in a process of its own, and shows the image as it grows."""
 
-    bl_idname = "RL_GUIDED"
+    bl_idname = ENGINE
     bl_label = "RL Guided"
     bl_use_eevee_viewport = True  # in Material Preview; Blender renders previews of materials by EEVEE anyway
     bl_use_shading_nodes_custom = False  # materials have Cycles' nodes

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..engine import RLGuided
+from ..panel import EnginePanel
 from ..text import draw_text
 from .check import RLG_OT_check
 
@@ -34,17 +34,10 @@ def _icon(name: str) -> str:
 _ICONS = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys()
 
 
-class RLG_PT_coverage(bpy.types.Panel):
+class RLG_PT_coverage(EnginePanel, bpy.types.Panel):
     """The list of losses, and Check Scene."""
 
     bl_label = "Coverage"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == RLGuided.bl_idname
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, coverage = self.layout, context.window_manager.rl_guiding_coverage
