@@ -26,7 +26,7 @@ from .panel import ENGINE
 from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
-LOOK = 0.05  # seconds that a wait for the renderer lasts; then the user may stop it
+LOOK = 0.05  # seconds between two looks at whether the user wants to stop
 # What a render hands over beside the image: the channels of each pass, and what they are.
 PASSES = {
     "Albedo": ("RGB", "COLOR"),

@@ -3,7 +3,7 @@
 | door                             | from here                     | what it keeps on purpose                                              |
 |----------------------------------|-------------------------------|-----------------------------------------------------------------------|
 | headless.py, capture.py: export  | `neutral`                     | frame, camera, size, render region, film, bounces, Simplify, and      |
-|                                  |                               | motion blur, of which it lists what it leaves out                     |
+|                                  |                               | motion blur, whose losses it lists                                    |
 | cycles_reference.py              | `neutral`, `CYCLES`, crop     | the same, so that it is of the same pixels; no motion blur            |
 | comparison/slots.py: shows images| `PIPELINE`, taken back after  | all else: it is the user's scene                                      |
 | cycles_pictures.py               | nothing: a scene of its own   | a world of the user's file                                            |

@@ -20,7 +20,7 @@ class Culling:
             self._margin, self._reach = scene.cycles.camera_cull_margin, scene.cycles.distance_cull_margin
 
     def leaves_out(self, thing: bpy.types.Object, matrix: np.ndarray) -> bool:
-        """Whether an object placed by `matrix`, (4, 4), is culled: by both kinds, if the scene and the object switch both on."""
+        """Whether an object placed by `matrix`, (4, 4), is culled: by each kind that both the scene and the object switch on."""
         sight = self._sight and thing.cycles.use_camera_cull
         distance = self._distance and thing.cycles.use_distance_cull
         if not (sight or distance):

@@ -69,8 +69,9 @@ def _alpha(wanted: bool, multiplied: bool, idle: bool) -> Alpha:
 
 
 def _comes_multiplied(image: bpy.types.Image, is_float: bool) -> bool:
-    """Whether Cycles takes colours for multiplied by alpha: PREMUL ones, and floats that it reads itself. Blender's STRAIGHT floats are
-    multiplied, and Cycles multiplies them again.
+    """Whether Cycles takes colours for multiplied by alpha: PREMUL ones, and floats that it reads itself.
+
+    It multiplies STRAIGHT floats from Blender again, though they come multiplied.
     """
     return image.alpha_mode == "PREMUL" or (is_float and not _is_handed_over(image))
 
