@@ -16,6 +16,7 @@ F = np.float32
 PI = F(math.pi)
 TWO_PI = F(2 * math.pi)
 INV_PI = F(1 / math.pi)
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # weights of linear Rec. 709 RGB
 
 # --- vectors ---------------------------------------------------------------------------------------------------------
 
@@ -87,7 +88,7 @@ def normalize(a):
 @part
 def luminance(c):
     """Luminance of linear Rec. 709 RGB."""
-    return F(0.2126) * c[0] + F(0.7152) * c[1] + F(0.0722) * c[2]
+    return F(LUMINANCE[0]) * c[0] + F(LUMINANCE[1]) * c[1] + F(LUMINANCE[2]) * c[2]
 
 
 # --- tangent frames --------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from ..bsdf.surface import emission
 from ..errors import InputError
 from ..kernels import kernel, part
 from ..kernels.pointers import ref
-from ..kernels.sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
+from ..kernels.sampling import LUMINANCE, F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
 from ..scene.data import SceneData
 from ..scene.description import CLOSURES, Shader, emits
 from ..shading.evaluate import run
@@ -20,7 +20,7 @@ from .lamps import power
 from .lamps import sample as sample_lamp
 from .suns import without_suns
 from .tree import LampTree, lamp_tree
-from .world import LUMINANCE, WorldMap, no_world, sample_world, world_map, world_pdf, world_radiance
+from .world import WorldMap, no_world, sample_world, world_map, world_pdf, world_radiance
 
 _SCATTERED = "IS_DIFFUSE_RAY", "IS_GLOSSY_RAY", "IS_TRANSMISSION_RAY"
 PROBES = 4096  # points at which the mean of an emission that varies is estimated

@@ -5,16 +5,17 @@ of a surface that faces it.
 """
 
 import math
+from typing import get_args
 
 import numpy as np
 
 from ..kernels import part
-from ..kernels.sampling import INV_PI, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
-from ..scene.description import Lamp
+from ..kernels.sampling import INV_PI, LUMINANCE, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
+from ..scene.description import Lamp, LampKind
 from ..scene.ray_kinds import EMITTERS, seen_by
 
-POINT, SPOT, SUN, AREA = range(4)
-_KINDS = ("point", "spot", "sun", "area")
+_KINDS = get_args(LampKind)
+POINT, SPOT, SUN, AREA = range(len(_KINDS))
 # Columns of the table of lamps.
 KIND, AXIS_X, AXIS_Y, AXIS_Z, POSITION, EMISSION, RADIUS, SOFT, CONE, SMOOTH = 0, 1, 4, 7, 10, 13, 16, 17, 18, 19
 WIDTH, HEIGHT, ELLIPSE, SPREAD, SPREAD_SCALE, VISIBILITY, SHADOW, HITTABLE, SHADER, COLUMNS = 20, 21, 22, 23, 24, 25, 26, 27, 28, 29
@@ -47,7 +48,7 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
 
 def power(lamp: Lamp, emission: np.ndarray, scene_radius: float) -> float:
     """About what a lamp of an emission, (3,), sends into the scene, as luminance; only ratios matter."""
-    luminance = float(np.dot(emission, (0.2126, 0.7152, 0.0722)))
+    luminance = float(np.dot(emission, LUMINANCE))
     if lamp.kind == "area":
         return luminance * math.pi * lamp.width * lamp.height * (math.pi / 4 if lamp.ellipse else 1)
     if lamp.kind == "sun":

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..kernels.sampling import LUMINANCE
 from ..scene.description import Closure, Instruction, Node, Shader
 from ..shading.operands import Shading
 from ..shading.program import compile_alone
-from .world import LUMINANCE, Sun, radiance
+from .world import Sun, radiance
 
 _OFF = 1e-4  # how far a matrix may be from one that keeps angles
 _WIDER, _MORE = 1.001, 2e-6  # factor and radians, so that rounding leaves nothing bright outside of a cone

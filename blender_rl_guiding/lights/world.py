@@ -9,14 +9,13 @@ import numpy as np
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
 from ..kernels.pointers import ref
-from ..kernels.sampling import PI, TWO_PI, F, circle, cross, dot, place, scale, store, vector
+from ..kernels.sampling import LUMINANCE, PI, TWO_PI, F, circle, cross, dot, place, scale, store, vector
 from ..shading.evaluate import run
 from ..shading.operands import REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
 from .lamps import in_cone
 
 ROWS, COLUMNS = 512, 1024
-LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 class Sun(NamedTuple):

@@ -6,16 +6,18 @@ World space is Blender's: right-handed, z up, metres.
 
 import hashlib
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from . import instances
 from .description import VISIBLE, Bounces, Camera, Film, Lamp, Loss, Shader
 
 TABLE_SIZE = 256
+BLOCK = 1 << 16  # instances, triangles or numbers whose arithmetic stays in the cache
 _GRID = 64.0  # metres
 
 # Every array: type, shape (None: any length) and what it is when a scene has none of it.
@@ -121,7 +123,7 @@ class SceneData:
 
     @cached_property
     def _box(self) -> tuple[np.ndarray, np.ndarray]:
-        return instances.box(self) if len(self.triangles) else (np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32))
+        return _box_of(self) if len(self.triangles) else (np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32))
 
     @cached_property
     def key(self) -> str:
@@ -151,3 +153,58 @@ class SceneData:
             "textures": [{"name": t.name, "srgb": t.srgb, "tile": t.tile, "rest": t.rest} for t in self.textures],
             "coverage": [asdict(loss) for loss in self.coverage],
         }
+
+
+# --- which triangles are whose, and where they are -------------------------------------------------------------------
+
+
+def runs(values: np.ndarray) -> Iterator[tuple[int, int]]:
+    """First and end of each run of equal values."""
+    starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
+    return pairwise([*starts.tolist(), len(values)])
+
+
+def placed(scene: SceneData) -> int:
+    """P, the number of objects that are no instances."""
+    return len(scene.visibility) - len(scene.instances)
+
+
+def first_triangles(scene: SceneData) -> np.ndarray:
+    """(O,) the first triangle of each object."""
+    return np.concatenate([np.searchsorted(scene.object, np.arange(placed(scene))), scene.meshes[scene.instances]])
+
+
+def sizes(scene: SceneData) -> np.ndarray:
+    """(M,) triangles of each mesh."""
+    return np.diff(scene.meshes, append=len(scene.triangles))
+
+
+def world_vertices(scene: SceneData) -> int:
+    """The number of vertices in world space."""
+    return int(scene.triangles[scene.meshes[0] :].min()) if len(scene.meshes) else len(scene.vertices)
+
+
+def _box_of(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner, (3,) float32, of a box around all: around the boxes of instances, not their vertices."""
+    world = scene.vertices[: world_vertices(scene)]
+    corners = [np.stack([world.min(axis=0), world.max(axis=0)])] if len(world) else []
+    corners += [np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]) for boxes in boxes_of(scene)]
+    return np.min(corners, axis=0)[0], np.max(corners, axis=0)[1]
+
+
+def boxes_of(scene: SceneData) -> Iterator[np.ndarray]:
+    """(n, 2, 3) float32, lowest and highest corner around each instance, in their order, some at a time."""
+    ends = scene.meshes + sizes(scene)
+    for first, end in runs(scene.instances):
+        mesh = scene.instances[first]
+        corners = scene.triangles[scene.meshes[mesh] : ends[mesh]]
+        vertices = scene.vertices[corners.min() : corners.max() + 1]
+        low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
+        for start in range(first, end, BLOCK):
+            yield _placed_boxes(scene.instance_to_world[start : min(start + BLOCK, end)], low, high)
+
+
+def _placed_boxes(matrices: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    middle = matrices[:, :, :3] @ ((low + high) / 2) + matrices[:, :, 3]
+    half = np.abs(matrices[:, :, :3]) @ ((high - low) / 2)
+    return np.stack([middle - half, middle + half], axis=1).astype(np.float32)

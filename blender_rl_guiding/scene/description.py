@@ -45,7 +45,7 @@ class Loss:
 # --- camera and film -------------------------------------------------------------------------------------------------
 
 
-CameraKind = Literal["perspective", "orthographic", "panorama", "hemisphere"]
+CameraKind = Literal["perspective", "orthographic", "panorama", "hemisphere"]  # kernels know them by their place
 Filter = Literal["box", "gaussian", "blackman_harris"]  # Cycles' own
 
 
@@ -94,12 +94,15 @@ class Bounces:
 # --- lamps -----------------------------------------------------------------------------------------------------------
 
 
+LampKind = Literal["point", "spot", "sun", "area"]  # likewise
+
+
 @dataclass(frozen=True)
 class Lamp:
     """A light that is not part of a mesh. Shines along -z of `to_world`."""
 
     name: str
-    kind: Literal["point", "spot", "sun", "area"]
+    kind: LampKind
     to_world: Matrix
     # point, spot: radiant intensity, W/sr, before the spot's cone; sun: irradiance, W/m^2; area: the radiance that it would have with a
     # spread of pi

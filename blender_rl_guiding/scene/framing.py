@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .data import SceneData
+from .data import SceneData, boxes_of, placed
 from .description import CAMERA, Camera, Matrix
-from .instances import boxes_of, placed
 from .view import AUTO, View
 
 # From what is looked at to the camera: from the front, which is -y in Blender, a little from the right and from above.

@@ -9,9 +9,8 @@ from ..errors import InputError
 from ..kernels import kernel
 from ..kernels.pointers import ref
 from ..kernels.sampling import F
-from ..scene.data import SceneData, Texture
+from ..scene.data import SceneData, Texture, first_triangles
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
-from ..scene.instances import first_triangles
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
 from .evaluate import Code, run
 from .operands import CODE_REGISTERS, KINDS, NONE, Point, Shading

@@ -1,16 +1,17 @@
 """Camera rays: the lens, the film and its pixel filter."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
 from ..kernels import part
 from ..kernels.sampling import TWO_PI, F, add, circle, normalize, pick, scale, subtract
 from ..scene.data import SceneData
+from ..scene.description import CameraKind
 
-PERSPECTIVE, ORTHOGRAPHIC, PANORAMA, HEMISPHERE = range(4)
-_KINDS = ("perspective", "orthographic", "panorama", "hemisphere")
+_KINDS = get_args(CameraKind)
+PERSPECTIVE, ORTHOGRAPHIC, PANORAMA, HEMISPHERE = range(len(_KINDS))
 _FILTERS = {"box": 1.0, "blackman_harris": 2.0, "gaussian": 3.0}  # widths that Cycles samples, in those that are set
 _FILTER_CELLS = 1024
 

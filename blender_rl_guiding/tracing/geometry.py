@@ -12,8 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..kernels import kernel, part, unlikely
 from ..kernels.sampling import F, add, cross, dot, normalize, scale, subtract, vector
-from ..scene.data import SceneData
-from ..scene.instances import placed, runs, sizes, world_vertices
+from ..scene.data import SceneData, placed, runs, sizes, world_vertices
 from ..scene.ray_kinds import MESHES, seen_by
 from . import embree
 from .placing import normal_to_world, placing_error, point_to_world
