@@ -14,7 +14,7 @@ _SEED = 24  # the best of 150: dimensions correlate no more than by random order
 
 
 def _sobol(levels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Both coordinates of 2^levels points as 32-bit fractions, (n,) uint64 each, in order of the first: sample i is at i's bits reversed."""
+    """Both coordinates of 2^levels points as 32-bit fractions, (n,) uint64 each, sorted by the first: sample i is at i's bits reversed."""
     first = np.arange(1 << levels, dtype=np.uint64) << np.uint64(32 - levels)
     second = first
     # The second dimension multiplies by Pascal's triangle modulo 2 (row b: the binomial coefficients of b), here in five steps.
