@@ -212,7 +212,7 @@ def _add_glass(inputs, point, lobes, count, weight, interface):
 
 @part
 def _specular_ior(ior, level):
-    """The ior, and its reflectance at normal incidence, which a specular level multiplies by 2 level; 0.5 changes nothing."""
+    """The ior whose reflectance at normal incidence is 2 level times that of `ior`, and that reflectance; 0.5 changes nothing."""
     f0 = fresnel.normal_reflectance(ior)
     if level == F(0.5):
         return ior, f0

@@ -88,7 +88,7 @@ class _PartCompiler(Compiler):
 
 # Not full fastmath: it may reorder sums differently in a vectorised loop and in its remainder. A path's value would then depend on its
 # place in the batch. It also assumes that there are no NaNs, and the film looks for them.
-# No `_nrt`: kernels make no arrays, and counting references would be a call for each array at each call.
+# References are not counted (`_nrt`): kernels make no arrays, and counting would be a call for each array at each call.
 _options: Any = {"_nrt": False, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "no_cfunc_wrapper": True}
 
 

@@ -32,7 +32,7 @@ UNUSED = 30  # days without use after which the kernels of another version of th
 
 
 class Kept(NullCache):
-    """The compiled code of one function in a folder, a file for each types of arguments. Takes the place of a dispatcher's own cache."""
+    """The compiled code of one function in a folder, one file for each signature. Takes the place of a dispatcher's own cache."""
 
     def __init__(self, folder: Path, function: Callable[..., Any]) -> None:
         self._folder, self._function = folder, function

@@ -1,6 +1,6 @@
 """Passes named tuples to kernels by reference.
 
-Numba passes a tuple as one argument for each number in it, and an array as nine. For a whole scene, compiling took three times as long.
+Numba passes a tuple as one argument for each number in it, and an array as nine. With a whole scene compiling took three times as long.
 `ref(x)` puts a named tuple into memory and passes its address. Fields are read as before, `r.field`; a field that is a named tuple is
 read by reference, too. Arrays read that way are not reference-counted, so threads do not contend for the counts.
 """

@@ -8,7 +8,7 @@ from ..kernels import part
 
 
 class Inverse(NamedTuple):
-    """n entries, and a guide to where a search begins: its expected length does not depend on n (Chen and Asau 1974)."""
+    """n entries. A search begins at an entry of `first`, so that its mean length does not depend on n (Chen and Asau 1974)."""
 
     cdf: np.ndarray  # (n,) float64, cumulative probabilities; the last is 1
     first: np.ndarray  # (n,) int32, the first entry whose cumulative probability exceeds k / n

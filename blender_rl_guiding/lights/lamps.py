@@ -46,7 +46,7 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
 
 
 def power(lamp: Lamp, emission: np.ndarray, scene_radius: float) -> float:
-    """Luminance of the power, roughly, that a lamp of `emission`, (3,), sends into the scene; only ratios matter."""
+    """The approximate power that a lamp of `emission`, (3,), sends into the scene, as luminance; only ratios matter."""
     luminance = float(np.dot(emission, (0.2126, 0.7152, 0.0722)))
     if lamp.kind == "area":
         return luminance * math.pi * lamp.width * lamp.height * (math.pi / 4 if lamp.ellipse else 1)

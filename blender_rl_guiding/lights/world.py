@@ -54,7 +54,7 @@ def world_map(shading: Shading, suns: Sequence[Sun] = ()) -> tuple[WorldMap, flo
     # One per cent is spread evenly: the shader was evaluated in the middle of each cell only.
     power += 0.01 * (power.sum() or 1.0) * solid_angle / (4 * np.pi)
     share = power / power.sum()
-    chance = np.maximum(light, 0.01 * light.sum() or 1.0)  # a sun's light may be underestimated
+    chance = np.maximum(light, 0.01 * light.sum() or 1.0)  # 1 % at least: light may be underestimated
     chance /= chance.sum()
     cones = np.array([_cone(sun.half) for sun in suns]).reshape(-1, 2)
     columns = *cones.T, chance[1:] / (2 * np.pi * cones[:, 0]), np.cumsum(chance[1:])

@@ -64,7 +64,7 @@ def _find_too_long(scene: SceneData) -> str:
 
 
 def _find_bad_index(scene: SceneData) -> str:
-    """Indices in `triangles`, read by tracing/geometry, lights/emitters and Embree, and in `material`, read for all of a surface."""
+    """Indices in `triangles`, read by tracing/geometry, lights/emitters and Embree, and in `material`, read for every hit."""
     for plural, indices, there in (("vertices", scene.triangles, scene.vertices), ("materials", scene.material, scene.shaders)):
         if indices.size and (indices.min() < 0 or indices.max() >= len(there)):
             return f"triangles point to {plural} {indices.min()}..{indices.max()}, but there are {len(there)}"

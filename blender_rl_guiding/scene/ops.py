@@ -85,9 +85,9 @@ OPS: dict[str, Op] = {
     "image": _op("vector", options="texture extension interpolation alpha"),
     "image_alpha": _op("vector", options="texture extension interpolation"),
     "environment": _op("direction", options="texture projection interpolation"),
-    # A sky with the disc of a sun above +y; its elevation and diameter, size, are in radians. The disc is intensity times the table's
-    # colour, which runs from its lowest elevation to its highest, and darker at its edge. It is added to the sky; with `hides`, where it
-    # shines, it takes the sky's place.
+    # A sky with the disc of a sun above +y; elevation and size, its diameter, are in radians. The disc's colour is intensity times the
+    # table, which runs from its lowest elevation to its highest; it is darker at its edge. The disc is added to the sky; with `hides` it
+    # takes the sky's place where it shines.
     "sun_disc": _op("direction sky elevation size intensity", options="table hides"),
     "ramp": _op("factor", options="table interpolate"),
     "ramp_alpha": _op("factor", options="table interpolate"),

@@ -1,4 +1,4 @@
-"""Kinds of rays: every ray is of one kind, and sees what has that bit in its visibility.
+"""Kinds of rays: every ray is of one kind, and sees those things whose visibility has its bit.
 
 To Blender light through a Translucent BSDF is diffuse as well as transmitted. Cycles asks for one of these switches or for both,
 depending on what the ray meets. So such rays are a kind of their own here, TRANSLUCENT, which follows from the two switches.

@@ -27,7 +27,7 @@ def unit(a):
 
 @part
 def refract(a, n, eta):
-    """Direction a refracted at a surface of unit normal n, for eta = ior before / ior behind it; zero for total reflection."""
+    """Direction a refracted at a surface of unit normal n, for eta = ior in front of it / ior behind it; zero for total reflection."""
     cosine = dot(n, a)
     k = F(1) - eta * eta * (F(1) - cosine * cosine)
     if k < F(0):

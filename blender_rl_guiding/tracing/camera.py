@@ -110,7 +110,7 @@ def _to_world(lens, p):
 
 @part
 def camera_ray(lens, px, py, u, v, lens_u, lens_v):
-    """A ray through pixel (px, py): origin, from the scene's, unit direction in world space, nearest and farthest distance.
+    """A ray through pixel (px, py): origin, unit direction, nearest and farthest distance; positions from the scene's origin.
 
     u, v choose a point in the pixel's filter, lens_u, lens_v one on the aperture; all are uniform in [0, 1).
     """
