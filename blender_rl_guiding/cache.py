@@ -1,4 +1,4 @@
-"""The user's cache. It is used only where nobody else can have written; where we cannot write, nothing is kept.
+"""The user's cache. It is used only if nobody else can write to it. If we cannot write to it, nothing is kept.
 
 Kernels are machine code that will run, and a forged reference image looks like a rendered one. Standard library only: the add-on keeps
 things, too.

@@ -29,7 +29,7 @@ class Child:
         return fate(self.process.returncode, self.complaints() or said.strip())
 
     def complaints(self) -> str:
-        """What it has said on stderr."""
+        """Its text on stderr so far."""
         self._complaints.seek(0)
         return self._complaints.read().strip()
 
@@ -43,7 +43,7 @@ def fate(status: int, said: str) -> str:
 
 @contextmanager
 def running(command: list[str], stdout: int = subprocess.DEVNULL) -> Iterator[Child]:
-    """Start a program, and kill it after the block. InputError where it cannot be started."""
+    """Start a program, and kill it after the block. InputError if it cannot be started."""
     pipe = subprocess.PIPE
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:  # a pipe that nobody reads would fill up
         try:

@@ -52,7 +52,7 @@ def pointer() -> Path:
 
 
 def announce() -> Path:
-    """Let every Blender of this user find the Python that runs now, and return it. InputError where the file cannot be written."""
+    """Let every Blender of this user find the Python that runs now, and return it. InputError if the file cannot be written."""
     python = Path(sys.executable)  # a virtual environment's is a link that must not be followed
     with atomic(pointer()) as part:
         part.write_text(f"{python}\n", encoding="utf-8")
@@ -71,7 +71,7 @@ def find() -> Path | None:
 
 
 def parts(wanted: str = "") -> Iterator[Part]:
-    """What the Python that runs now has for rendering; `wanted` is the version of this package that the add-on brought."""
+    """All that rendering needs, checked in the Python that runs now; `wanted` is the version of this package that the add-on brought."""
     yield _python()
     yield _package(wanted)
     for name in _required():

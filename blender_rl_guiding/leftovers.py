@@ -25,7 +25,7 @@ def part_of(path: Path) -> Path:
 
 
 def temporary_folder(beside: Path | None = None) -> "tempfile.TemporaryDirectory[str]":
-    """A folder, hidden in `beside` or else where the system has temporary files; sweeps there first."""
+    """A temporary folder, hidden in `beside` or, without it, among the system's temporary files; sweeps there first."""
     place = beside or Path(tempfile.gettempdir())
     sweep(place)
     return tempfile.TemporaryDirectory(prefix=f"{'.' if beside else ''}{_own()}-", dir=place)

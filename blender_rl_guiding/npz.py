@@ -107,7 +107,7 @@ def _fill(array: np.ndarray, stream: Any, name: str) -> None:
 
 @contextmanager
 def opened(path: Path, what: str) -> Iterator[Archive]:
-    """The file, if it fits into memory. InputError where it does not or cannot be read, DamagedError where it is no `what`."""
+    """The open file. InputError if it cannot be read or does not fit into memory, DamagedError if it is no `what`."""
     try:
         with _Sparing(path) as stream, zipfile.ZipFile(stream) as file:
             archive = Archive(file)

@@ -174,16 +174,21 @@ def _anything(value: Any, name: str, deep: int) -> Any:
 
 
 def _member(union: Any, value: Any, name: str) -> Any:
-    """The member of a union that fits the JSON type of a value."""
-    wanted = {dict: lambda k: is_dataclass(k) or get_origin(k) is dict, list: lambda k: get_origin(k) is tuple}
+    """The member of a union that fits the JSON type of a value. Its limits are left to `read`."""
     for kind in get_args(union):
-        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind  # the limits are `read`'s to check
-        fits = wanted.get(
-            type(value), lambda k: k is type(value) or (k is float and type(value) is int) or (k is NoneType and value is None)
-        )
-        if fits(bare):
+        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+        if _fits(bare, value):
             return kind
-    raise MalformedError(f"{name} is {shown(value)}, which is of no type that fits")
+    raise MalformedError(f"{name} cannot be {shown(value)}")
+
+
+def _fits(kind: Any, value: Any) -> bool:
+    """Whether the JSON type of a value is that of a kind."""
+    if isinstance(value, dict):
+        return is_dataclass(kind) or get_origin(kind) is dict
+    if isinstance(value, list):
+        return get_origin(kind) is tuple
+    return kind is type(value) or (kind is float and type(value) is int)
 
 
 def _typed(kind: Any, value: Any, name: str) -> Any:

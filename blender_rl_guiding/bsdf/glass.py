@@ -40,7 +40,7 @@ def _interface(lobes, k, ior, alpha):
 
 @part
 def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
-    """Write glass as row k; `tints` are the colours of what it reflects and of what it transmits, f0 is at most 1."""
+    """Write glass as row k; `tints` are the colours of its reflection and of its transmission, f0 is at most 1."""
     cosine, roughness, gain = dot(n, point.wo), energy.roughness_of(alpha, alpha), F(1)
     if multiscatter != F(0):
         e, average = energy.glass_albedo(roughness, cosine, ior)

@@ -10,7 +10,7 @@ from .microfacet import smith
 
 @part
 def reflectable(ng, wo, n):
-    """The normal nearest to n, towards ng, whose mirror direction of wo lies above the surface.
+    """n, bent towards ng just so far that the mirror direction of wo lies above the surface.
 
     Cycles bends the normals of glossy lobes so. The bent normal is m = x t + z ng, with t the tangent towards n. Its mirror direction
     has the height 2 (m.wo) z - wo.ng = `height`; squared, that is a quadratic equation for z^2.

@@ -72,7 +72,7 @@ def _grid(size: int) -> np.ndarray:
 
 
 def iors() -> np.ndarray:
-    """The iors of the grid, (16,) float32; 0 and 1 are left out, where nothing and everything is reflected."""
+    """The iors of the grid, (16,) float32. z stays off 0 and 1, where nothing and everything is reflected."""
     root = np.clip(_grid(SIZE_3D), 1e-4, 0.99) ** 2  # of the reflectance at normal incidence
     return ((1 + root) / (1 - root)).astype(np.float32)
 

@@ -20,7 +20,7 @@ _BLACK, _WHITE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 
 
 class _Interface(NamedTuple):
-    """What metal, glass and specular reflection share."""
+    """Properties that metal, glass and specular reflection share."""
 
     n: tuple
     alpha: tuple

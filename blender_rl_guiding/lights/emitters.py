@@ -109,16 +109,19 @@ def _chooses_rays(shader: Shader) -> bool:
 
 
 def _lit(triangle: np.ndarray, area: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the triangles, with their areas, that emit."""
     lit = weight > 0
     return triangle[lit], area[lit]
 
 
 def _is_constant(shading: Shading, shader: int) -> bool:
+    """Whether a shader emits the same everywhere and in all directions."""
     first, end = shading.shaders[shader, 2:]
     return all(_emits_evenly(shading, row) for row in shading.closures[first:end])
 
 
 def _emits_evenly(shading: Shading, row: np.ndarray) -> bool:
+    """Whether a closure's emission has only constants as operands (>= 0), and neither coat nor sheen above it."""
     kind = KINDS[row[0]]
     inputs = dict(zip(CLOSURES[kind], row[2:], strict=False))
     if kind == "emission":

@@ -57,12 +57,13 @@ def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bo
     With `strict` a coverage report that is not empty is an InputError. On any error `bundle` stays as it was.
     """
     command = exporter(blend, blender)
+    options = ["--strict"] if strict else []
     try:
         bundle.parent.mkdir(parents=True, exist_ok=True)
         # The child writes to a temporary folder, so that nothing remains even if it is killed.
         with temporary_folder(bundle.parent) as folder:
             part = Path(folder).resolve() / bundle.name
-            with _exporting(command, blend, part, view, *["--strict"] * strict) as finish:
+            with _exporting(command, blend, part, view, *options) as finish:
                 coverage = finish()
             os.replace(part, bundle)
     except OSError as error:

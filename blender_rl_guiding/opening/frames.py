@@ -36,7 +36,7 @@ class Frames:
             os.write(stdin.fileno(), f"{frame}\n".encode())  # unbuffered: else closing the pipe would write once more
 
     def take(self) -> SceneData:
-        """Wait for the frame that was asked for. InputError where it cannot be exported."""
+        """Wait for the frame that was asked for. InputError if it cannot be exported."""
         self._outcome()
         scene = load(self._bundle)
         self._bundle.unlink()

@@ -159,7 +159,7 @@ class Closure:
 
 @dataclass(frozen=True)
 class Shader:
-    """What a surface or the world does with light."""
+    """A surface's or the world's emission, reflection and transmission."""
 
     name: str
     code: tuple[Instruction, ...] = ()

@@ -169,12 +169,12 @@ def _find_bad_reference(scene: SceneData) -> str:
 
 
 def fault_of_lamp(lamp: Lamp) -> str:
-    """What makes a lamp impossible, in one line; empty if nothing does."""
+    """The fault of a lamp, in one line; empty if it has none."""
     return _misdescribed(Lamp, asdict(lamp), f"lamp {lamp.name!r}")
 
 
 def fault_of_shader(shader: Shader) -> str:
-    """What makes a shader impossible, in one line; empty if nothing does."""
+    """The fault of a shader, in one line; empty if it has none."""
     return _misdescribed(Shader, asdict(shader), f"shader {shader.name!r}") or _find_bad_step(shader)
 
 

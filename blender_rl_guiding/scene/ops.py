@@ -54,7 +54,7 @@ Alpha = IntEnum("Alpha", "PREMULTIPLIED STRAIGHT PACKED MULTIPLIED", start=0)
 
 
 class Op(NamedTuple):
-    """What an instruction must look like. Inputs named `normal` come last and may be left out: then they are the shading normal."""
+    """The shape of an instruction. An input named `normal` comes last and may be left out: it is then the shading normal."""
 
     inputs: tuple[str, ...] = ()
     modes: type[IntEnum] | None = None  # names of the modes; None where there is but one, the empty string
@@ -128,7 +128,7 @@ OPS: dict[str, Op] = {
 
 
 def fault(op: str, mode: str, inputs: int, options: int) -> str:
-    """What is wrong with an instruction of this shape, in a few words; empty if nothing is."""
+    """The fault of an instruction of this shape, in a few words; empty if it has none."""
     if op not in OPS:
         return "there is no such op"
     names, modes, wanted, _ = OPS[op]
