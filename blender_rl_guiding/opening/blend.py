@@ -131,7 +131,7 @@ def outcome_of(line: str) -> Outcome | None:
     try:
         outcome: Outcome = read(Outcome, parse(line), "the exporter's answer", loose=True)
     except MalformedError as error:
-        raise InputError(f"Blender said something that is no answer of the exporter: {error}") from error
+        raise InputError(f"cannot read the exporter's answer: {error}") from error
     if outcome.error:
         raise InputError(outcome.error)
     return outcome
