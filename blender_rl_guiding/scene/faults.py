@@ -1,4 +1,4 @@
-"""What makes a scene impossible to render, or its image a plain one. Needs nothing but numpy, as `data` does."""
+"""Finds faults that make a scene impossible to render, or its image uniform. Needs nothing but numpy, as `data` does."""
 
 import json
 from collections.abc import Iterator
@@ -16,15 +16,15 @@ _LEAST_DETERMINANT = 1e-24  # below that a matrix has no inverse in float32
 
 
 def find_fault(scene: SceneData) -> str:
-    """The first thing that makes a scene impossible to render, in one line; empty if there is none."""
+    """The first fault that makes a scene impossible to render, in one line; empty if there is none."""
     return _misdescribed(Header, scene.header(), "header") or find_misfit(scene)
 
 
 def find_misfit(scene: SceneData) -> str:
-    """The first inconsistency of a scene, in one line. Its types and limits were checked when it was read.
+    """The first inconsistency of a scene, in one line; empty if there is none. Its types and limits were checked when it was read.
 
-    Kernels compare no index with its array. So each that a bundle brings is proven here to lie inside, those of shaders' options by
-    `shading.program.check`; what is computed from numbers is kept inside where it is computed.
+    Kernels do not check indices. Every index in a bundle is proven here to lie inside its array, except shaders' options:
+    `shading.program.check` proves these. An index that is computed from numbers is clamped where it is computed.
     """
     return (
         _find_too_long(scene)
@@ -46,7 +46,7 @@ def find_misfit(scene: SceneData) -> str:
 
 
 def _misdescribed(kind: Any, values: dict[str, Any], name: str) -> str:
-    """The error of `typed.read` on the header that would be written to a bundle."""
+    """The error of `typed.read` on these values as a bundle would hold them; empty if there is none."""
     try:
         read(kind, json.loads(json.dumps(values)), name)
     except MalformedError as error:
@@ -63,7 +63,7 @@ def _find_too_long(scene: SceneData) -> str:
 
 
 def _find_bad_index(scene: SceneData) -> str:
-    """Of `triangles`, read by scene/geometry, lights/emitters and Embree; of `material`, by which all of a surface is looked up."""
+    """Indices in `triangles`, read by tracing/geometry, lights/emitters and Embree, and in `material`, read for every hit."""
     for plural, indices, there in (("vertices", scene.triangles, scene.vertices), ("materials", scene.material, scene.shaders)):
         if indices.size and (indices.min() < 0 or indices.max() >= len(there)):
             return f"triangles point to {plural} {indices.min()}..{indices.max()}, but there are {len(there)}"
@@ -95,7 +95,7 @@ def _find_bad_length(scene: SceneData) -> str:
 
 
 def _find_bad_object(scene: SceneData) -> str:
-    """Of `object`, by which visibility, attributes and matrices are looked up; what Embree returns counts these triangles and instances."""
+    """Indices in `object`, by which visibility, attributes and matrices are read. Embree's answers count triangles and instances."""
     count = placed(scene)
     if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= count or (scene.object[1:] < scene.object[:-1]).any()):
         return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {count}, which must never fall"
@@ -105,7 +105,7 @@ def _find_bad_object(scene: SceneData) -> str:
 
 
 def _find_bad_attribute(scene: SceneData) -> str:
-    """Of `attribute_rows`, read by `shading.geometry.attribute` and `moved`, and the width of both tables of objects."""
+    """Indices in `attribute_rows`, read by `shading.geometry.attribute` and `moved`, and the width of both tables of objects."""
     objects, rows = len(scene.visibility), scene.attribute_rows
     if len(scene.object_attributes) and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
@@ -136,7 +136,7 @@ def _find_flat(scene: SceneData) -> str:
 
 
 def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(T,) bool, whose corners lie on one line or are one point. Exact up to the rounding of products in double precision."""
+    """(T,) bool, triangles whose corners lie on one line or coincide. Exact up to the rounding of products in double precision."""
     flat = np.empty(len(triangles), bool)
     for start in range(0, len(triangles), BLOCK):
         a, b, c = vertices.take(triangles[start : start + BLOCK].T, axis=0)
@@ -193,7 +193,7 @@ def _find_bad_camera(scene: SceneData) -> str:
 
 
 def _find_bad_reference(scene: SceneData) -> str:
-    """Of lamps, read by `lights.lamp_shaders`, and of tiles, by `shading.textures.find_tile`."""
+    """Shaders of lamps, read by `lights.lamp_shaders`, and tiles of textures, read by `shading.textures.find_tile`."""
     for lamp in scene.lamps:
         if lamp.shader >= len(scene.shaders):
             return f"lamp {lamp.name!r} has shader {lamp.shader}, but there are {len(scene.shaders)}"
@@ -204,17 +204,17 @@ def _find_bad_reference(scene: SceneData) -> str:
 
 
 def fault_of_lamp(lamp: Lamp) -> str:
-    """What makes a lamp impossible, in one line; empty if nothing does."""
+    """The fault of a lamp, in one line; empty if it has none."""
     return _misdescribed(Lamp, asdict(lamp), f"lamp {lamp.name!r}")
 
 
 def fault_of_shader(shader: Shader) -> str:
-    """What makes a shader impossible, in one line; empty if nothing does."""
+    """The fault of a shader, in one line; empty if it has none."""
     return _misdescribed(Shader, asdict(shader), f"shader {shader.name!r}") or _find_bad_step(shader)
 
 
 def _find_bad_step(shader: Shader) -> str:
-    """Of the steps that others and closures read: `shading.program` gives each a register."""
+    """Steps that other steps and closures read: `shading.program` gives each a register."""
     for k, instruction in enumerate(shader.code):
         if any(isinstance(value, Node) and not 0 <= value.index < k for value in instruction.inputs):
             return f"shader {shader.name!r}: step {k}, {instruction.op}, reads a value that is not computed before it"
@@ -229,7 +229,7 @@ def _values(closure: Closure) -> Iterator[Value]:
 
 
 def find_nothing(scene: SceneData) -> str:
-    """What makes the image of a scene a plain one, in one line: no light, or nothing but the world; empty if nothing does."""
+    """Why a scene's image is uniform, in one line: there is no light, or nothing but the world; empty if it is not."""
     used = [scene.shaders[m] for m in np.unique(scene.material)]
     if not (scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures)):
         return "the scene is dark: no lamp, no emitting surface, and the world is black"
