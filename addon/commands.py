@@ -21,20 +21,17 @@ from blender_rl_guiding.flags import (
     given,
     render_settings,
 )
-from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, add_view, chosen_view
 from blender_rl_guiding.settings import Machine, Render
 from blender_rl_guiding.strings import say
 
 from . import installation as environment
-from .capture import captured
+from .capture import exported, write
 from .comparison import running
 from .comparison.operators import PATIENCE, job_of
 from .comparison.results import MEASURES
 from .comparison.steps import Cycles, working
-from .export.coverage import summary
 from .properties import read
 from .views import opened
 
@@ -58,10 +55,8 @@ def main(arguments: list[str]) -> int:
 
 def _export(options: argparse.Namespace) -> None:
     view = chosen_view(options)
-    data = viewed(captured(opened(options.scene, view)), view)
-    if options.strict and data.coverage:
-        raise InputError(f"{options.scene.name}: {summary(data.coverage)}")
-    save(data, options.bundle)
+    data = exported(opened(options.scene, view), view)
+    write(data, options.bundle, options.scene, strict=options.strict)
     for loss in data.coverage:
         say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
     say(f"wrote {options.bundle}, {len(data.coverage) or 'nothing'} left out or replaced")
@@ -73,7 +68,7 @@ def _render(options: argparse.Namespace) -> None:
     scene = opened(options.scene, view)
     settings = render_settings(options, read(scene.rl_guiding, Render))
     values = {"settings": schema.to_dict(settings), "machine": _machine(options), "out": _absolute(options.out)}
-    _work(viewed(captured(scene), view), "render", values | {"method": options.preset or settings.guide.kind})
+    _work(exported(scene, view), "render", values | {"method": options.preset or settings.guide.kind})
     say(options.out / "image.exr")
 
 
@@ -101,7 +96,7 @@ def _compare(options: argparse.Namespace) -> None:
         if scene.rl_guiding_comparison.reference == "CYCLES":
             cycles = Cycles(scene, scene.rl_guiding_comparison.reference_spp)
     values |= {"command": options.text, "machine": _machine(options), "jobs": options.jobs, "out": _absolute(options.out)}
-    outcome = _work(viewed(captured(scene), view), "compare", values, cycles)
+    outcome = _work(exported(scene, view), "compare", values, cycles)
     print(_table(outcome["methods"]))
     say(outcome["page"])
     if outcome["failed"]:

@@ -73,9 +73,9 @@ def forest(blend: str, trees: str, pixels: str) -> Measured:
 def export(blend: str, bundle: str) -> Measured:
     """The export from Blender, in order: reading the meshes, reading the rest, writing the bundle."""
     bpy = import_module("bpy")
-    from addon.engine import Exporter
     from addon.export.geometry import read_mesh
     from addon.export.scene import export as export_scene
+    from addon.exporter import Exporter
 
     found: Measured = {}
 
