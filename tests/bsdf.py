@@ -12,7 +12,7 @@ from blender_rl_guiding.scene.description import CLOSURES
 from blender_rl_guiding.shading.operands import KINDS, NONE, Point, Shading
 from blender_rl_guiding.shading.program import closure_inputs
 
-Closure = tuple[str, dict]  # kind, and the inputs that are not the defaults; "weight" is one of them
+Closure = tuple[str, dict]  # kind, inputs other than the defaults; "weight" among them
 
 
 def shading_of(*closures: Closure) -> Shading:
@@ -107,7 +107,7 @@ class Surface:
     transparency: np.ndarray
 
     def evaluate(self, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f |cos| (n, 3), and for each wi (n, 3) the pdf (n,) and its guidable part (n,)."""
+        """f |cos| (n, 3), density and guidable density (n,) of directions (n, 3)."""
         f, pdf = np.empty((len(wi), 3), np.float32), np.empty((len(wi), 2), np.float32)
         _evaluate(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(wi, np.float32), f, pdf)
         return f, pdf[:, 0], pdf[:, 1]
@@ -125,7 +125,7 @@ class Surface:
         return picked, rest
 
     def summary(self) -> tuple[np.ndarray, float, np.ndarray]:
-        """(albedo estimate, RGB; probability of a guidable lobe; probability of each lobe)."""
+        """The estimated albedo, RGB, the probability of a guidable lobe, and that of each lobe."""
         chances = np.empty(self.count, np.float32)
         albedo, guidable = _summary(self.lobes, self.count, chances)
         return np.array(albedo), float(guidable), chances

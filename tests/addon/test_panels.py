@@ -23,7 +23,7 @@ def shown(scene: bpy.types.Scene) -> dict[str, list[str]]:
 
 
 def _path(owner: bpy.types.PropertyGroup, name: str) -> str:
-    """The name in `schema.flags`: dqn.encoder for rl_guiding.guide_dqn.encoder."""
+    """dqn.encoder for rl_guiding.guide_dqn.encoder, as `schema.flags` has it."""
     group = owner.path_from_id().rpartition(".")[2]
     return name if group == "rl_guiding" else f"{group.partition('_')[2]}.{name}"
 

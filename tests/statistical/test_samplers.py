@@ -120,7 +120,7 @@ def pdf_of(directions: guide.Directions, row: int, wi: np.ndarray) -> np.ndarray
 
 
 def made_up() -> guide.Directions:
-    """Cell 0: random; 1: half of the patches have probability 0; 2: one patch has all; 3: uniform."""
+    """Cell 0: anything; 1: half of the patches never; 2: all in one patch; 3: all alike."""
     weights = np.random.default_rng(5).exponential(size=(4, ROWS * COLUMNS))
     weights[1, ::2] = 0
     weights[2] = np.arange(ROWS * COLUMNS) == 9

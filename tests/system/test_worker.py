@@ -135,7 +135,7 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
     monkeypatch.setattr(Worker, "send", lambda worker, job, **values: (sent.append(job), send(worker, job, **values)))
     with borrowed(PYTHON) as again:
         assert again is third
-        assert sent == ["wake"]  # without "wake" it would end by itself while its owner is busy
+        assert sent == ["wake"]  # or it would end by itself while whoever has it is busy
     assert sent == ["wake", "rest"]
     monkeypatch.setattr(worker_client, "_WARM", 0.0)
     with borrowed(PYTHON) as fourth:

@@ -25,7 +25,7 @@ def _often(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def members(config: type[Settings]) -> Iterator[Settings]:
-    """A class's defaults; then for each choice, switch and variant each other value."""
+    """A class's defaults, and each alternative to each of its choices, switches and variants."""
     yield config()
     for entry in entries(config):
         if entry.variants:

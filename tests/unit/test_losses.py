@@ -19,7 +19,7 @@ UP = (0.0, 0.0, 1.0)
 
 
 def transitions(patch: np.ndarray, rng: np.random.Generator) -> Transitions:
-    """Transitions between random points whose normal is +z, each along the middle of a patch in the frame of x and y."""
+    """Between random points of walls that face up, through the middle of each patch in the frame whose axes are x and y."""
     count = len(patch)
     cosine, phi = (patch // COLUMNS + 0.5) / ROWS, (patch % COLUMNS + 0.5) / COLUMNS * 2 * np.pi
     sine = np.sqrt(1 - cosine**2)

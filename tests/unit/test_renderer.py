@@ -76,7 +76,7 @@ def test_what_the_caller_does_does_not_use_up_the_time_limit(monkeypatch):
 
 
 class Told:
-    """A guide that learns nothing and reports given values."""
+    """A guide that learns nothing, and tells what it is given to tell."""
 
     def __init__(self, *told: dict[str, Any]) -> None:
         self._told = iter(told)

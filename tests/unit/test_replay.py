@@ -8,7 +8,7 @@ from blender_rl_guiding.guiding.replay import ReplayMemory
 
 
 def numbered(first: int, count: int) -> Transitions:
-    """Transitions with their number in every field."""
+    """Transitions whose every field tells their number."""
     numbers = np.arange(first, first + count)
     return Transitions(
         *(np.broadcast_to(numbers.reshape(-1, *[1] * (a.ndim - 1)), a.shape).astype(a.dtype) for a in empty_transitions(count))
