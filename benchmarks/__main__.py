@@ -1,6 +1,6 @@
-"""The benchmark of speed: all programs take turns in one session, so each ratio is of one minute.
+"""Runs the benchmark of speed: all programs take turns in one session, so that only ratios of the same minute are compared.
 
-`python -m benchmarks size` measures memory, time and noise by size; `python -m benchmarks window` how long F12 blocks Blender's window.
+`python -m benchmarks size` measures sizes instead, `python -m benchmarks window` how long F12 keeps Blender's window.
 """
 
 import glob
@@ -179,7 +179,7 @@ def speed() -> int:
 
 
 def main(arguments: list[str]) -> int:
-    """Measure speed, or run the benchmark that the argument names. Returns the exit status."""
+    """Speed, or what the one argument says; returns the exit status."""
     benchmarks = {(): speed, ("size",): size.main, ("window",): window.main}
     if tuple(arguments) not in benchmarks:
         print(f"bench: there is no benchmark {' '.join(arguments)!r}, only size, window, and speed without an argument", file=sys.stderr)

@@ -135,7 +135,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="build.sh reliability", description=__doc__)
     names = [*CAMPAIGNS, *GROUPS]
     parser.add_argument("names", nargs="+", metavar="NAME", choices=names, help=f"{', '.join(names)}")
-    parser.add_argument("--count", type=int, default=0, metavar="N", help="number of tries; of `worker`, minutes (default: each campaign has its own)")
+    parser.add_argument("--count", type=int, default=0, metavar="N", help="number of tries; of `worker`, minutes (default: its own)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, metavar="STEP", help="do one step again")
     parser.add_argument("--bounds", action="store_true", help="have kernels check every index (NUMBA_BOUNDSCHECK=1); compiles anew")
