@@ -1,6 +1,7 @@
 """Runs the benchmark of speed: all programs take turns in one session, so that only ratios of the same minute are compared.
 
-`python -m benchmarks size` measures sizes instead, `python -m benchmarks window` how long F12 keeps Blender's window.
+`python -m benchmarks size` measures sizes instead, `python -m benchmarks window` how long F12 keeps Blender's window, and
+`python -m benchmarks images OTHER` compares bits and speed with another checkout.
 """
 
 import glob
@@ -13,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +23,7 @@ from rich.table import Table
 
 from blender_rl_guiding.errors import InputError, atomic
 
-from . import size, window
+from . import same_images, size, window
 
 TOLERANCE = 0.01  # relative difference of mean radiances; a larger one means that the programs do not render the same
 OUT = Path(__file__).parents[1] / "out" / "bench" / "latest.json"
@@ -179,10 +181,13 @@ def speed() -> int:
 
 
 def main(arguments: list[str]) -> int:
-    """Speed, or what the one argument says; returns the exit status."""
+    """Speed, or what the first argument says; returns the exit status."""
     benchmarks = {(): speed, ("size",): size.main, ("window",): window.main}
+    if arguments[:1] == ["images"]:
+        benchmarks[tuple(arguments)] = partial(same_images.main, arguments[1:], PUBLISHED)
     if tuple(arguments) not in benchmarks:
-        print(f"bench: there is no benchmark {' '.join(arguments)!r}, only size, window, and speed without an argument", file=sys.stderr)
+        known = "size, window, images OTHER, and speed without an argument"
+        print(f"bench: there is no benchmark {' '.join(arguments)!r}, only {known}", file=sys.stderr)
         return 2
     try:
         return benchmarks[tuple(arguments)]()
