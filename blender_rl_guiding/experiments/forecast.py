@@ -1,16 +1,18 @@
-"""How far a set of runs has come, and when all of it will be done: by what runs alike have taken, and those under way will take."""
+"""How far a set of runs has come, and when it will be done: runs take as long as runs alike took, or as their own pace says."""
 
 import statistics
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from datetime import timedelta
 
+from ..render.estimate import Pace
+from .pool import Outcome
 from .probe import learns
-from .tasks import Outcome, Pace, Task
+from .runs import Task
 
 
 class Forecast:
-    """Counts runs that end, and weighs those to come by the seconds that runs alike took."""
+    """Counts runs that end. Those to come are taken to need as many seconds as runs alike."""
 
     def __init__(self, due: Sequence[Task], jobs: int) -> None:
         self._due, self._jobs, self._count = list(due), jobs, len(due)
@@ -34,7 +36,7 @@ class Forecast:
     @property
     def done(self) -> float:
         """Seconds of work that are behind us."""
-        return sum(self._all) + sum(pace.share * pace.seconds for pace in self._paces.values())
+        return sum(self._all) + self._under_way
 
     @property
     def total(self) -> float:
@@ -48,18 +50,22 @@ class Forecast:
         if not self._due or not self._all:
             return ended
         known = [expected for task in self._due if (expected := self._expected(task))]
-        behind = sum(pace.share * pace.seconds for pace in self._paces.values())
-        left = timedelta(seconds=round((sum(known) - behind) / self._jobs))
+        left = timedelta(seconds=round((sum(known) - self._under_way) / self._jobs))
         unknown = ", ".join(dict.fromkeys(task.method for task in self._due if not self._expected(task)))
         if not unknown:
             return f"{ended}, about {left} to go"
         untimed = f"{unknown}, whose learning has not been timed yet"
         return f"{ended}, about {left} to go and {untimed}" if known else f"{ended}, to go: {untimed}"
 
+    @property
+    def _under_way(self) -> float:
+        """Seconds that the runs under way have taken."""
+        return sum(pace.seconds for pace in self._paces.values())
+
     def _expected(self, task: Task) -> float | None:
         """Seconds of a run, or None while nothing is known of its kind."""
         if task in self._paces:
-            return self._paces[task].seconds
+            return self._paces[task].seconds + self._paces[task].left
         return next((statistics.fmean(self._seconds[likeness]) for likeness in _likenesses(task) if likeness in self._seconds), None)
 
 

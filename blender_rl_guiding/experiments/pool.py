@@ -10,28 +10,37 @@ from dataclasses import replace
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 from ..children import fate
+from ..errors import InputError
 from ..notices import heard_by, tell
 from ..render import warm_up
+from ..render.estimate import Pace
 from ..settings import Machine
-from .tasks import Outcome, Pace, Task, attempt
+from .produce import OnPace, produce
+from .runs import Task
 
 PATIENCE = 1.0  # seconds that a child has to leave whole files behind before it is killed
 
-OnPace = Callable[[Task, Pace], None]
-OnEnd = Callable[[Task, Outcome], None]
+
+class Outcome(NamedTuple):
+    """How a run ended, in one line, and its seconds; None where it failed."""
+
+    text: str
+    seconds: float | None
 
 
-def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnPace, on_end: OnEnd) -> None:
+def perform_all(
+    tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: Callable[[Task, Pace], None], on_end: Callable[[Task, Outcome], None]
+) -> None:
     """Do all runs, `jobs` at a time; with 1 in this process. Both callbacks are called in this process.
 
     Images do not depend on `jobs`. A run that fails, or whose process dies, ends as an Outcome without seconds, and the others go on.
     """
     if jobs == 1:
         for task in tasks:
-            on_end(task, attempt(task, machine, lambda pace, task=task: on_pace(task, pace)))
+            on_end(task, _attempt(task, machine, lambda pace, task=task: on_pace(task, pace)))
         return
     waiting = iter(tasks)
     with _Workers(min(jobs, len(tasks)), replace(machine, threads=threads_each(machine, jobs))) as workers:
@@ -50,6 +59,15 @@ def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnP
                 on_end(task, told)
                 if following := next(waiting, None):
                     workers.lively(worker).give(following)
+
+
+def _attempt(task: Task, machine: Machine, on_pace: OnPace) -> Outcome:
+    """Do a run of a comparison; one that fails must not end the others."""
+    try:
+        result = produce(task, machine, on_pace)
+    except (InputError, FloatingPointError) as error:
+        return Outcome(str(error), None)
+    return Outcome(f"{result.seconds:.1f} s, mape_display {result.curve[-1]['mape_display']:.4f}", result.seconds)
 
 
 def threads_each(machine: Machine, jobs: int) -> int:
@@ -138,7 +156,7 @@ def _serve(pipe: Connection, machine: Machine) -> None:
                 if kind not in ready:
                     warm_up(task.settings.guide, machine)
                     ready.add(kind)
-                pipe.send(attempt(task, machine, pipe.send))
+                pipe.send(_attempt(task, machine, pipe.send))
     except (EOFError, ConnectionError):
         return
     except KeyboardInterrupt:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import platform
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from ..report.result_file import Learnt, Record
 from ..scene.data import SceneData
 from ..schema import to_dict
 from ..settings import Machine, Render, recorded
+from .probe import Point
 
 RENDERED = "rendered"  # the key of references that are rendered here: they only get better
 ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by
@@ -45,40 +46,57 @@ class Judge(NamedTuple):
     key: str  # what tells it from another: the SHA-256 of its pixels, or `RENDERED`
 
 
-def save_run(
-    folder: Path,
-    scene: SceneData,
-    method: str,
-    settings: Render,
-    machine: Machine,
-    result: Result,
-    metrics: dict[str, float] | None,
-    probe: dict[str, Any] | None = None,
-    judged_by: str | None = None,
-    frame: Frame | None = None,
-) -> None:
-    """Write a run, or a frame of an animation. `metrics` and the key `judged_by` are None where there is no reference, `probe` where
-    nothing was learnt (see `probe.described`).
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A run to be made. It can be pickled."""
 
-    InputError where the folder cannot be written.
+    folder: Path | None  # None saves nothing
+    scene: SceneData
+    settings: Render
+    method: str = ""  # its name in the results; empty for the guide's
+    judge: Judge | None = None
+    probe: Point | None = None  # where the guide is asked what it has learnt
+    frame: Frame | None = None  # of an animation
+    forewarned: bool = False  # whether the caller has called `forewarn`, for several runs at once
+    keeps_unfinished: bool = False  # whether the finished samples are saved where Ctrl-C ends it
+
+    @property
+    def label(self) -> str:
+        """The run's name for people."""
+        return f"{self.scene.name} {self.method} seed {self.settings.seed}"
+
+    @property
+    def suffix(self) -> str:
+        """What the names of its files end with."""
+        return self.frame.suffix if self.frame else ""
+
+
+def save_run(
+    task: Task, machine: Machine, result: Result, metrics: dict[str, float] | None = None, learnt: dict[str, Any] | None = None
+) -> None:
+    """Write a run, or a frame of an animation; nothing of one without a folder. InputError where the folder cannot be written.
+
+    metrics: errors against the reference, if there is one.
+    learnt: see `probe.described`.
     """
-    described = to_dict(settings)
+    scene, settings, folder = task.scene, to_dict(task.settings), task.folder
+    if not folder:
+        return
     header = {
-        "settings": json.dumps(described),
+        "settings": json.dumps(settings),
         "scene_key": scene.key,
         "scene": scene.name,
         "program": f"blender_rl_guiding {__version__}",
     }
-    suffix = frame.suffix if frame else ""
-    told = folder / f"result{suffix}.json"
+    told = folder / f"result{task.suffix}.json"
     with suppress(OSError):  # which the images meet with as well, and report
-        told.unlink(missing_ok=True)  # or it would tell of an image that it was not written for, if this is interrupted
-    images = _write_images(folder, suffix, result, settings, header)
+        told.unlink(missing_ok=True)  # an interrupt here must not leave the record of another image
+    images = _write_images(folder, task.suffix, result, task.settings, header)
     record = Record(
         scene=scene.name,
         scene_key=scene.key,
-        method=method,
-        seed=settings.seed,
+        method=task.method or task.settings.guide.kind,
+        seed=task.settings.seed,
         spp=result.film.samples,
         finished=result.finished,
         resolution=(scene.camera.width, scene.camera.height),
@@ -86,16 +104,16 @@ def save_run(
         learn_seconds=result.learn_seconds,
         rays=result.rays,
         metrics=metrics,
-        judged_by=judged_by,
-        settings=described,
+        judged_by=task.judge.key if task.judge else None,
+        settings=settings,
         machine=to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
         versions=versions(),
         curve=tuple(result.curve),
         losses=tuple(float(f"{loss:.5g}") for loss in result.losses),
-        probe=Learnt(**probe) if probe else None,
+        probe=Learnt(**learnt) if learnt else None,
         images={path.name: _sha256(path) for path in images},
-        frame=frame.number if frame else None,
-        source=frame.source if frame else None,
+        frame=task.frame.number if task.frame else None,
+        source=task.frame.source if task.frame else None,
     )
     result_file.write(told, record)
 
