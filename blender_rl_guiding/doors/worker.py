@@ -22,6 +22,7 @@ from .. import __version__, messages
 from ..errors import InputError, atomic
 from ..locks import writing
 from ..notices import heard_by, tell
+from ..pace import Pace
 from ..schema import SettingsError, from_dict
 from ..settings import Machine, Render
 from ..strings import printable
@@ -99,7 +100,6 @@ def render(job: messages.Render, events: Events) -> None:
     from ..experiments.produce import produce
     from ..experiments.runs import Task
     from ..render import Result
-    from ..render.estimate import Pace
     from ..scene.bundle import load
 
     settings, machine = _settings(job)

@@ -9,9 +9,9 @@ from pathlib import Path
 from ..errors import InputError
 from ..notices import tell
 from ..opening.frames import Frames, exporting_frames
+from ..pace import Pace
 from ..render import warm_up
 from ..render.checkpoint import in_folder
-from ..render.estimate import Pace
 from ..scene.data import SceneData
 from ..scene.view import View
 from ..settings import Machine, Render

@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from datetime import timedelta
 
-from ..render.estimate import Pace
+from ..pace import Pace
 from .pool import Outcome
 from .probe import learns
 from .runs import Task

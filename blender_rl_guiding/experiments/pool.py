@@ -15,8 +15,8 @@ from typing import NamedTuple, Self
 from ..children import fate
 from ..errors import InputError
 from ..notices import heard_by, tell
+from ..pace import Pace
 from ..render import warm_up
-from ..render.estimate import Pace
 from ..settings import Machine
 from .produce import OnPace, produce
 from .runs import Task

@@ -9,10 +9,10 @@ from typing import NamedTuple
 from ..errors import InputError, atomic, check_inside
 from ..images import sha256, write_exr
 from ..notices import tell
+from ..pace import Pace
 from ..render import warm_up
 from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
-from ..render.estimate import Pace
 from ..report import result_file
 from ..report.result_file import Record
 from ..scene.data import SceneData

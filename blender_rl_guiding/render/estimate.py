@@ -1,21 +1,8 @@
-"""How far a render has come, and how long it will still take: samples take equally long, and so do training steps."""
+"""How long a render will still take: samples take equally long, and so do training steps."""
 
-from typing import NamedTuple
-
+from ..pace import Pace
 from ..settings import DQN, Render
 from .result import Result
-
-
-class Pace(NamedTuple):
-    """How far a render has come."""
-
-    seconds: float  # that it has taken
-    left: float  # seconds that it will still take
-
-    @property
-    def share(self) -> float:
-        """The part of its time that is over, 0..1."""
-        return self.seconds / max(self.seconds + self.left, 1e-9)
 
 
 def pace(state: Result, settings: Render) -> Pace:

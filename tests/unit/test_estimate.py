@@ -1,13 +1,15 @@
 """How far a render has come: its share grows to 1, and the seconds that it still takes are right, whatever limits end it."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from blender_rl_guiding.guiding import make_guide
+from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.render import Result, render, renderer
-from blender_rl_guiding.render.estimate import Pace, pace
+from blender_rl_guiding.render.estimate import pace
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.noise import LEAST_SAMPLES, needed
 from blender_rl_guiding.settings import BSDF, DQN, QTable, Render
@@ -61,7 +63,7 @@ def test_the_noise_falls_with_the_root_of_the_samples():
     limit = 2 / 10 / (1 + 1e-4)  # which 100 samples reach
     more = needed(film(variance, 25), Render(spp=1000, noise=limit), 25)
     assert (more > 0).sum() == 9
-    assert (more[3:6, 3:6] == pytest.approx(75, abs=1)).all()
+    np.testing.assert_allclose(more[3:6, 3:6], 75, atol=1)
     assert not needed(film(variance, 101), Render(spp=1000, noise=limit), 101).any()
     assert needed(film(variance, 25), Render(spp=30, noise=limit), 25).max() == 5
     assert not needed(film(variance, 30), Render(spp=30, noise=limit), 30).any()
@@ -108,7 +110,7 @@ GUIDES = {
 SAMPLES, SECONDS, NOISE = (24, 200), (0.0, 8.0), (0.0, 0.05, 0.2)
 
 
-@pytest.mark.parametrize(("guide", "spp", "seconds", "noise"), itertools.product(GUIDES, SAMPLES, SECONDS, NOISE))
+@pytest.mark.parametrize(("guide", "spp", "seconds", "noise"), [*itertools.product(GUIDES, SAMPLES, SECONDS, NOISE)])
 def test_the_share_grows_to_1_and_the_seconds_are_right(guide: str, spp: int, seconds: float, noise: float, monkeypatch):
     settings, paces = Render(spp=spp, seconds=seconds, noise=noise, guide=GUIDES[guide], nee=False), []
 
@@ -117,11 +119,9 @@ def test_the_share_grows_to_1_and_the_seconds_are_right(guide: str, spp: int, se
 
     Clock(monkeypatch)
     result = render(scenes.tiny(10), settings, on_pass=told, on_step=told)
-    print(guide, spp, seconds, noise, result.taken, result.film.counts.mean(), result.seconds)
     shares = [found.share for found in paces]
     half = min(paces, key=lambda found: abs(found.seconds - result.seconds / 2))
     true = result.seconds - half.seconds
-    print(min(b - a for a, b in itertools.pairwise(shares)), half.left / true, [round(s, 2) for s in shares][:20])
     assert paces[-1] == Pace(result.seconds, 0.0)
     assert all(later > share - 0.1 for share, later in itertools.pairwise(shares))
     assert true / 1.5 < half.left < true * 1.5

@@ -8,7 +8,7 @@ import pytest
 from blender_rl_guiding.experiments.forecast import Forecast
 from blender_rl_guiding.experiments.pool import Outcome
 from blender_rl_guiding.experiments.runs import Task
-from blender_rl_guiding.render.estimate import Pace
+from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.settings import DQN, QTable, Render, Uniform
 
 GUIDES = {"dqn": DQN(), "small": DQN(width=8), "uniform": Uniform(), "qtable": QTable()}
