@@ -31,10 +31,14 @@ def animate(
     progress: Progress,
     blender: Path | None = None,
 ) -> list[Path]:
-    """Render the frames `numbers` of a .blend that `folder` does not hold of this file and these settings already; returns all images.
+    """Render the frames that `folder` does not hold yet; returns the images of all.
 
-    `method` is what the results are called after. Interrupted, all frames that are written are whole, and the next call goes on from there.
-    InputError where a frame cannot be exported; those before it are written.
+    blend, view: the file, and what of it is rendered.
+    numbers: the frames that are wanted; one that is there of this file and these settings is kept.
+    method: what the results are called after; empty for the guide.
+    blender: the executable that exports the frames; None takes the bpy module.
+    Interrupted, it leaves whole frames, and the next call goes on from there. InputError where a frame cannot be exported; those before
+    it are written.
     """
     with exporting_frames(blend, view, blender) as exporter:
         with progress.bar("compiling kernels (once after an update)", 1):  # while Blender opens the file
@@ -46,7 +50,7 @@ def animate(
             in_folder(folder, Frame(number, source).suffix).remove()  # it was killed after its result was there
         _tell_kept(folder, numbers, due)
         with progress.bar("", len(due)) as advance:
-            began, lost = time.monotonic(), 0
+            began, incomplete = time.monotonic(), 0
             for done, (number, scene) in enumerate(_exported(exporter, due)):
 
                 def on_pace(pace: Pace, done: int = done, number: int = number) -> None:
@@ -57,14 +61,15 @@ def animate(
                 each = (time.monotonic() - began) / (done + 1)
                 left = timedelta(seconds=round(each * (len(due) - done - 1)))
                 tell(f"frame {number}: {result.seconds:.1f} s ({done + 1} of {len(due)}, about {left} to go)")
-                lost += bool(scene.coverage)
-    if lost:
-        tell(f"{blend.name}: in {lost} frame(s) something was left out or replaced; `rlg export --frame N` lists it")
+                if scene.coverage:
+                    incomplete += 1
+    if incomplete:
+        tell(f"{blend.name}: in {incomplete} frame(s) something was left out or replaced; `rlg export --frame N` lists it")
     return [folder / f"image{Frame(number, source).suffix}.exr" for number in numbers]
 
 
 def _is_finished(folder: Path, frame: Frame, settings: Render) -> bool:
-    """Whether a frame is there from before; a line tells what of it is not believed."""
+    """Whether a frame is there from before. A damaged one is not, and a line says so."""
     try:
         return finished_frame(folder, frame, settings) is not None
     except InputError as error:
@@ -73,7 +78,7 @@ def _is_finished(folder: Path, frame: Frame, settings: Render) -> bool:
 
 
 def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int]) -> None:
-    """Say how many frames are kept, and how many are there but not of this file and these settings, and so are rendered again."""
+    """Tell how many frames are kept. Tell how many are rendered again, as they are of another file or of other settings."""
     if len(due) < len(numbers):
         tell(f"{len(numbers) - len(due)} of {len(numbers)} frames are done")
     other = [number for number in due if (folder / f"result{Frame(number, '').suffix}.json").exists()]
@@ -82,7 +87,7 @@ def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int]) -> None
 
 
 def _exported(exporter: Frames, numbers: Sequence[int]) -> Iterator[tuple[int, SceneData]]:
-    """Each frame, while the one after it is being exported."""
+    """Yield each frame. Blender exports the next one meanwhile."""
     for number in numbers[:1]:
         exporter.ask(number)
     for number, following in zip_longest(numbers, numbers[1:]):

@@ -35,17 +35,17 @@ class Forecast:
 
     @property
     def done(self) -> float:
-        """Seconds of work that are behind us."""
+        """Seconds of work done."""
         return sum(self._all) + self._under_way
 
     @property
     def total(self) -> float:
-        """Seconds of work in all, as far as one can tell."""
+        """Seconds of work in all; a run of an unknown kind counts as the mean of those that ended."""
         unknown = statistics.fmean(self._all) if self._all else 1.0
         return sum(self._all) + sum(self._expected(task) or unknown for task in self._due)
 
     def __str__(self) -> str:
-        """As in "3 of 40, about 0:12:30 to go". It names the methods that it leaves out because nothing like them has run."""
+        """As in "3 of 40, about 0:12:30 to go". Methods without a run alike are not counted, but named."""
         ended = f"{self._count - len(self._due)} of {self._count}"
         if not self._due or not self._all:
             return ended
@@ -63,14 +63,14 @@ class Forecast:
         return sum(pace.seconds for pace in self._paces.values())
 
     def _expected(self, task: Task) -> float | None:
-        """Seconds of a run, or None while nothing is known of its kind."""
+        """Seconds of a run in all; None while no run alike has ended."""
         if task in self._paces:
             return self._paces[task].seconds + self._paces[task].left
         return next((statistics.fmean(self._seconds[likeness]) for likeness in _likenesses(task) if likeness in self._seconds), None)
 
 
 def _likenesses(task: Task) -> Iterator[tuple[str, ...]]:
-    """What runs that take about as long have in common, the best likeness first. Learning takes longer than all else."""
+    """The keys of runs that take about as long, the best likeness first. Learning takes longer than all else."""
     yield task.method, task.scene.name
     yield (task.method,)
     yield ("", task.settings.guide.kind if learns(task.settings.guide) else "")

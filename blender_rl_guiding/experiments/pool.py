@@ -1,4 +1,4 @@
-"""Several runs at a time, each in a process of its own: Numba's threads and torch's have one owner, and a crash is one run's."""
+"""Several runs at a time, each in a process of its own: a crash ends one run, and the threads of Numba and torch have one owner."""
 
 import contextlib
 import multiprocessing
@@ -34,9 +34,10 @@ class Outcome(NamedTuple):
 def perform_all(
     tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: Callable[[Task, Pace], None], on_end: Callable[[Task, Outcome], None]
 ) -> None:
-    """Do all runs, `jobs` at a time; with 1 in this process. Both callbacks are called in this process.
+    """Do all runs, `jobs` at a time; with 1 in this process. Images do not depend on `jobs`.
 
-    Images do not depend on `jobs`. A run that fails, or whose process dies, ends as an Outcome without seconds, and the others go on.
+    on_pace, on_end: are called in this process.
+    A run that fails, or whose process dies, ends as an Outcome without seconds. The others go on.
     """
     if jobs == 1:
         for task in tasks:
@@ -83,8 +84,8 @@ class _Worker:
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, machine), daemon=True)
         self.task: Task | None = None
-        # A child inherits what is blocked: Ctrl-C reaches every process of a terminal, but who ends when is the parent's to decide.
-        resource_tracker.ensure_running()  # the first start would do it, and unblock the signal before the child is there
+        # Ctrl-C reaches every process of a terminal. The parent decides who ends: a child inherits the blocked signal.
+        resource_tracker.ensure_running()  # or the first start would, and unblock the signal before the child is there
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self.process.start()
@@ -98,7 +99,7 @@ class _Worker:
             self.pipe.send(task)
 
     def hear(self) -> tuple[Task, Pace | str | Outcome]:
-        """The task at hand with how far it has come, a line to be noted, or how it ended."""
+        """The task at hand, and its pace, a line for the user, or its outcome."""
         task = self.task
         assert task
         try:
@@ -112,7 +113,7 @@ class _Worker:
 
 
 class _Workers:
-    """A number of children, none of which outlives the block."""
+    """Several children. None outlives the block."""
 
     def __init__(self, count: int, machine: Machine) -> None:
         self._machine = machine
@@ -125,7 +126,7 @@ class _Workers:
         return {worker.pipe: worker for worker in self.all if worker.task}
 
     def lively(self, worker: _Worker) -> _Worker:
-        """The worker, or if it has died another in its place."""
+        """The worker; another in its place if it has died."""
         if worker.process.exitcode is None:
             return worker
         successor = _Worker(self._machine)
@@ -140,11 +141,11 @@ class _Workers:
             worker.process.terminate()
         for worker in self.all:
             worker.process.join(PATIENCE)
-            worker.process.kill()  # which does nothing to one that has ended
+            worker.process.kill()  # does nothing to one that has ended
 
 
 def _serve(pipe: Connection, machine: Machine) -> None:
-    """A child's life: does the tasks that come through the pipe until its parent or a signal ends it, or the parent is killed."""
+    """A child's life: it does the tasks from the pipe until its parent ends, or a signal comes."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as an exception, so that no file is left half-written
     ready: set[str] = set()
@@ -164,7 +165,7 @@ def _serve(pipe: Connection, machine: Machine) -> None:
 
 
 def _end_with_parent() -> None:
-    """At once, or a run would go on until it has something to tell."""
+    """End with the parent, and at once: a run would go on until it has something to tell."""
     parent = multiprocessing.parent_process()
     assert parent
     parent.join()
