@@ -7,6 +7,7 @@ import pytest
 
 from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.experiments.progress import Terminal
+from blender_rl_guiding.notices import tell
 from blender_rl_guiding.strings import LONGEST, fault_of_name, fault_of_old_name, fit, printable, say
 
 BAD = [
