@@ -19,7 +19,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from blender_rl_guiding.experiments.runs import save_run
+from blender_rl_guiding.experiments.runs import Task, save_run
 from blender_rl_guiding.guiding import make_guide
 from blender_rl_guiding.lights.emitters import Lights, lights
 from blender_rl_guiding.lights.inverse import inverse_table
@@ -164,7 +164,7 @@ def pixels(width: str, height: str, denoise: str, folder: str) -> Measured:
         result = render(scene, settings)
     found["rendered"] = peak()
     with timed(found, "writing"):
-        save_run(Path(folder), scene, "bsdf", settings, Machine(), result, None)
+        save_run(Task(Path(folder), scene, settings), Machine(), result)
     return found | {"peak": peak()}
 
 

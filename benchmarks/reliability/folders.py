@@ -27,9 +27,6 @@ METHODS = {"bsdf": Render(spp=2), "qtable": Render(spp=2, guide=QTable(cells=4, 
 class Silent:
     """Progress that nobody sees."""
 
-    def note(self, text: str) -> None:
-        """A line that stays."""
-
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
         """A bar for the length of the block."""

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from blender_rl_guiding.experiments.runs import save_run
+from blender_rl_guiding.experiments.runs import Task, save_run
 from blender_rl_guiding.render import render, warm_up
 from blender_rl_guiding.render.needs import needs
 from blender_rl_guiding.scene.data import SceneData, Texture
@@ -32,7 +32,7 @@ def ratio(scene: SceneData, settings: Render) -> float:
     Path("/proc/self/clear_refs").write_text("5")
     result = render(scene, settings, MACHINE)
     with TemporaryDirectory() as folder:
-        save_run(Path(folder), scene, "bsdf", settings, MACHINE, result, None)
+        save_run(Task(Path(folder), scene, settings), MACHINE, result)
     return foreseen / (status("VmHWM") - before)
 
 

@@ -13,10 +13,9 @@ import pytest
 
 from blender_rl_guiding.doors.worker import Events
 from blender_rl_guiding.experiments import runner
-from blender_rl_guiding.experiments.pool import perform_all, threads_each
+from blender_rl_guiding.experiments.pool import Outcome, perform_all, threads_each
 from blender_rl_guiding.experiments.references import Given
-from blender_rl_guiding.experiments.runs import RENDERED, Judge
-from blender_rl_guiding.experiments.tasks import Outcome, Task
+from blender_rl_guiding.experiments.runs import RENDERED, Judge, Task
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Closure, Shader
@@ -113,7 +112,8 @@ class Deadly:
 
 
 def task(folder: Path, scene: SceneData, method: str, truth=None) -> Task:
-    return Task(folder / method, scene, Judge(np.ones((8, 8, 3), np.float32) if truth is None else truth, RENDERED), method, Render(spp=2))
+    judge = Judge(np.ones((8, 8, 3), np.float32) if truth is None else truth, RENDERED)
+    return Task(folder / method, scene, Render(spp=2), method, judge, forewarned=True)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -140,7 +140,7 @@ def test_a_process_that_dies_is_replaced(compiled, tmp_path):
 
 
 def test_failed_runs_are_named_reported_missing_and_the_status_tells(rlg, tmp_path, monkeypatch):
-    from blender_rl_guiding.experiments import tasks
+    from blender_rl_guiding.experiments import produce
     from blender_rl_guiding.scene.bundle import save
 
     def failing(*args, **kwargs):
@@ -148,8 +148,8 @@ def test_failed_runs_are_named_reported_missing_and_the_status_tells(rlg, tmp_pa
             raise FloatingPointError("pixel (1, 2) is odd")
         return render(*args, **kwargs)
 
-    render = tasks.render
-    monkeypatch.setattr(tasks, "render", failing)
+    render = produce.render
+    monkeypatch.setattr(produce, "render", failing)
     save(scenes.tiny(8), tmp_path / "tiny.npz")
     done = rlg("compare", tmp_path / "tiny.npz", "--methods", "bsdf,uniform", "--spp", 2, "--reference-spp", 1, "--out", tmp_path / "out")
     assert done.returncode == 2

@@ -44,7 +44,7 @@ def references() -> list[Path]:
 def test_an_interrupted_comparison_goes_on(rlg, interrupted, bundle, tmp_path):
     assert rlg("compare", bundle, *COMPARE, "--out", tmp_path / "whole").returncode == 0
     out = tmp_path / "cut"
-    status, said = interrupted("experiments.tasks::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
+    status, said = interrupted("experiments.produce::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
     assert status == 130, said
     assert said.splitlines()[-1] == "rlg: interrupted"
     before = finished(out)

@@ -72,6 +72,13 @@ def test_a_render_has_the_bits_and_passes_of_any_other(worker: Worker, bundle: P
         np.testing.assert_array_equal(frames[name], pixels[::-1], err_msg=name)
 
 
+def test_under_a_time_limit_no_more_is_left_than_it_allows(worker: Worker, bundle: Path):
+    worker.send("render", bundle=str(bundle), settings=to_dict(Render(spp=1_000_000, seconds=0.2)))
+    told = [event for event in events(worker) if event["event"] == "pass"]
+    assert all(event["left"] == pytest.approx(max(0.0, 0.2 - event["seconds"])) for event in told)
+    assert told[-1]["left"] == 0
+
+
 def test_what_the_user_can_mend_is_a_line_and_the_worker_goes_on(worker: Worker, bundle: Path, tmp_path: Path):
     worker.send("render", bundle=str(tmp_path / "none.npz"), settings=to_dict(SETTINGS))
     with pytest.raises(InputError, match=r"none\.npz"):

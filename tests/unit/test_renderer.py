@@ -11,8 +11,8 @@ from blender_rl_guiding.guiding.base import OnStep, Transitions
 from blender_rl_guiding.guiding.directions import Directions, one_cell
 from blender_rl_guiding.guiding.dqn import DQNGuide
 from blender_rl_guiding.render import Result, render, renderer
+from blender_rl_guiding.render.noise import LEAST_SAMPLES
 from blender_rl_guiding.render.passes import PassTracer
-from blender_rl_guiding.render.renderer import LEAST_SAMPLES
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader
 from blender_rl_guiding.scene.faults import find_fault
 from blender_rl_guiding.settings import DQN, Guide, Machine, Render
