@@ -11,7 +11,7 @@ from ..guiding.directions import UNKNOWN
 from ..images import png
 from ..render import Result
 from ..report import discs
-from ..report.disc_figure import Disc, Group, figure
+from ..report.discs import Disc, Group, figure
 from ..scene.data import SceneData
 from ..settings import Guide as GuideSettings
 from ..settings import Machine, Render

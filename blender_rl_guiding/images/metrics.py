@@ -4,6 +4,7 @@ import numpy as np
 from flip_evaluator import evaluate
 
 from ..errors import InputError
+from ..measures import NAMES
 
 LARGEST = 1e30  # as large as an error or a radiance is told to be: `result_file` reads no larger ones, as they have to be summed up
 
@@ -65,7 +66,8 @@ def compare(image: np.ndarray, reference: np.ndarray) -> dict[str, float]:
         if len(bad):
             y, x = bad[0]
             raise InputError(f"the {name} has {len(bad)} pixels that are not finite numbers; the first is row {y}, column {x}")
-    return {measure.__name__: measure(image, reference) for measure in (mape_display, mape, relmse, flip)}
+    functions = (mape_display, mape, relmse, flip)
+    return {name: function(image, reference) for name, function in zip(NAMES, functions, strict=True)}
 
 
 def _size(image: np.ndarray) -> str:

@@ -105,4 +105,4 @@ def _unit(run: Run) -> str:
     """What a loss measures. With NEE what is learnt is less: the lights are left out."""
     guide = run.settings.get("guide", {})
     error = f"{guide['error']} error" if "error" in guide else f"loss of {guide.get('kind', run.method)}"
-    return error + " with NEE" * bool(run.settings.get("nee"))
+    return f"{error} with NEE" if run.nee else error

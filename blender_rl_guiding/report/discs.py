@@ -6,8 +6,13 @@ radius sqrt(1 - cos(theta)) (Lambert's azimuthal projection).
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.figure import Figure
 
 from .charts import Axis
 from .pictures import COLOURS
@@ -16,6 +21,9 @@ DARKEST = 1e-30  # that is told from nothing
 DECADES = 4.0  # of a scale, at most: what is darker is black
 SMOOTH = 3  # points along each side of a pixel
 _LABELS = 5  # below a bar of colours, at most
+PIXELS = 480  # of a disc, along each side
+_GAP, _TITLE, _BAR, _NOTE = 0.12, 0.4, 0.52, 0.26  # inches: between discs, above them, below them, at the bottom
+_LETTER = 0.05  # inches, of the line at the bottom, about
 
 
 def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
@@ -86,3 +94,50 @@ def direction(vector: Sequence[float]) -> str:
 def caption(scene: str, pixel: Sequence[int], right: Sequence[float], up: Sequence[float]) -> str:
     """Where a hemisphere is and how it is turned, in a line."""
     return f"{scene}, pixel ({pixel[0]}, {pixel[1]}); seen along the normal, right is {direction(right)}, up is {direction(up)}"
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+class Disc(NamedTuple):
+    """A hemisphere (rows, columns) and what stands above it, in one line or two."""
+
+    title: str
+    values: np.ndarray
+
+
+class Group(NamedTuple):
+    """Discs of one scale."""
+
+    discs: Sequence[Disc]
+    axis: Axis
+    label: str
+
+
+def figure(groups: Sequence[Group], note: str, side: float) -> Figure:
+    """All groups beside each other, with discs `side` inches wide, and a line below them."""
+    cell, height = side + _GAP, _TITLE + side + _BAR + _NOTE
+    row = cell * sum(len(group.discs) for group in groups)
+    width = max(row, _LETTER * len(note))
+    drawn, left = Figure((width, height)), (width - row + _GAP) / 2
+    for group in groups:
+        for k, disc in enumerate(group.discs):
+            place = drawn.add_axes(((left + k * cell) / width, (_NOTE + _BAR) / height, side / width, side / height))
+            place.imshow(picture(disc.values, group.axis, PIXELS))
+            place.set_title(disc.title, fontsize=8, pad=4, parse_math=False)
+            place.axis("off")
+        middle, long = left + (len(group.discs) * cell - _GAP) / 2, min(2.4, 0.9 * side * len(group.discs))
+        _bar(drawn, group, ((middle - long / 2) / width, (_NOTE + _BAR - 0.18) / height, long / width, 0.09 / height))
+        left += len(group.discs) * cell
+    drawn.text(0.5, 0.07 / height, note, ha="center", fontsize=6.5, color="#676d76", parse_math=False)
+    return drawn
+
+
+def _bar(drawn: Figure, group: Group, place: tuple[float, float, float, float]) -> None:
+    colours = ScalarMappable(LogNorm(*group.axis.ends), ListedColormap(COLOURS / 255))
+    bar = Colorbar(drawn.add_axes(place), colours, orientation="horizontal", ticks=labels(group.axis))
+    bar.minorticks_off()
+    bar.ax.set_xticklabels([f"{value:.4g}" for value in labels(group.axis)])
+    bar.ax.tick_params(labelsize=6.5, length=2, pad=2)
+    bar.outline.set_visible(False)  # type: ignore[operator]  # a spine
+    bar.set_label(group.label, fontsize=7, labelpad=1)

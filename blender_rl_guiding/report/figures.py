@@ -7,12 +7,10 @@ from matplotlib.figure import Figure
 
 from ..errors import atomic, check_inside
 from ..images import to_display
-from . import curves, discs, page_images, page_probe
+from . import curves, discs
 from .charts import Line, axis
-from .disc_figure import Disc, Group
-from .disc_figure import figure as disc_figure
-from .palette import LIGHT
-from .results import Results, Run, Truth
+from .pictures import LIGHT
+from .results import Pictures, Results, Run, Truth
 
 WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
 NAMES_ABREAST = 3  # in a legend
@@ -34,9 +32,9 @@ def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
     """Each figure with its name. None is empty."""
     if not results.summaries(scene):
         return
-    if scene in results.pictured:
-        yield "images", _images(results, scene)
-    if known := page_probe.found(results, scene):
+    if pictures := results.pictures.get(scene):
+        yield "images", _images(pictures)
+    if known := results.learnt(scene):
         yield "learnt", _learnt(scene, *known)
     for plot in curves.plots(results, scene):
         lines = [Line(method, LIGHT[results.methods.index(method) % len(LIGHT)], points) for method, points in plot.lines]
@@ -67,9 +65,9 @@ def _chart(lines: Sequence[Line], plot: curves.Plot) -> Figure:
     return figure
 
 
-def _images(results: Results, scene: str) -> Figure:
+def _images(pictures: Pictures) -> Figure:
     """Reference and methods in a row, each with its mape_display."""
-    reference, shots = page_images.load(results, scene)
+    reference, shots = pictures
     titled = [("reference", reference), *((f"{run.method}\n{run.metrics['mape_display']:.4f}", image) for run, image in shots)]
     side, title_height = 1.5, 0.36  # inches
     shape = reference.shape[0] / reference.shape[1]
@@ -86,7 +84,7 @@ def _images(results: Results, scene: str) -> Figure:
 
 def _learnt(scene: str, truth: Truth, learnt: Sequence[tuple[Run, np.ndarray]]) -> Figure:
     """The radiance that arrives at a point and each method's Q of it."""
-    shown = [Disc("truth\n", truth.radiance)]
-    shown += [Disc(f"{run.method}\n{page_probe.verdict(run, q, truth)}", q) for run, q in learnt]
-    group = Group(shown, discs.scale([disc.values for disc in shown]), "radiance that arrives")
-    return disc_figure([group], discs.caption(scene, truth.pixel, truth.right, truth.up), 1.5)
+    shown = [discs.Disc("truth\n", truth.radiance)]
+    shown += [discs.Disc(f"{run.method}\n{discs.verdict(q, truth.radiance, run.nee)}", q) for run, q in learnt]
+    group = discs.Group(shown, discs.scale([disc.values for disc in shown]), "radiance that arrives")
+    return discs.figure([group], discs.caption(scene, truth.pixel, truth.right, truth.up), 1.5)

@@ -1,25 +1,20 @@
 """What an encoder gains: each method that has one against the same method without."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
+from ..tables import Cell, Row
+from .numbers import margin, times
 from .results import Estimate, Results, Summary, ratio_of
 
-
-class Gain(NamedTuple):
-    """One method with an encoder on one scene."""
-
-    method: str
-    plain: str  # the method without an encoder
-    ratio: Estimate  # of their mape_display
-    verdict: str
+HEADS = ("", "against", "ratio", "")
 
 
-def gains(results: Results, scene: str) -> list[Gain]:
-    """All that can be told apart from the experiment's own methods."""
+def gains(results: Results, scene: str) -> list[Row]:
+    """A row for each method with an encoder and method without one that agree in all else: the ratio of their mape_display."""
     found = results.summaries(scene)
     plain = [(summary, _but_encoder(summary)) for summary in found if _encoder(summary) == "none"]
     return [
-        _gain(summary, other)
+        _row(summary, other)
         for summary in found
         if _encoder(summary) not in (None, "none")
         for other, settings in plain
@@ -37,9 +32,9 @@ def _but_encoder(summary: Summary) -> dict[str, Any]:
     return settings | {"seed": None, "guide": settings["guide"] | {"encoder": None}}
 
 
-def _gain(summary: Summary, plain: Summary) -> Gain:
+def _row(summary: Summary, plain: Summary) -> Row:
     ratio = ratio_of(summary.errors["mape_display"], plain.errors["mape_display"])
-    return Gain(summary.method, plain.method, ratio, _verdict(ratio))
+    return Row(summary.method, (Cell(plain.method), Cell(times(ratio.mean), (margin(ratio),)), Cell(_verdict(ratio))))
 
 
 def _verdict(ratio: Estimate) -> str:
