@@ -9,7 +9,7 @@ from blender_rl_guiding.settings import Render
 from .. import panels
 from ..engine import RLGuided
 from ..text import draw_text
-from . import running
+from . import results, running
 from .properties import REFERENCES
 from .show_operators import KINDS
 
@@ -133,7 +133,7 @@ class RLG_PT_compare_results(_Panel, bpy.types.Panel):
         row.label(text="Error")
         row.prop(comparison, "measure", text="")
         column = layout.column(align=True)
-        _draw_cells(column, ["Method", "Error", "Ratio", "Time"], header=True)
+        _draw_row(column, *results.HEADS, header=True)
         column.template_list("RLG_UL_results", "", comparison, "results", comparison, "active_result", rows=3)
         if comparison.active_result < len(comparison.results):
             _draw_details(layout, comparison.results[comparison.active_result])
@@ -162,13 +162,13 @@ def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) 
             row.operator("rl_guided.side_by_side", text=label, icon="IMAGE_REFERENCE" if kind == "IMAGES" else "NONE").kind = kind
 
 
-def _draw_cells(layout: bpy.types.UILayout, cells: list[str], header: bool = False) -> None:
-    """A row of the table; the first cell is the widest."""
+def _draw_row(layout: bpy.types.UILayout, name: str, *cells: str, header: bool = False) -> None:
+    """A row of the table; the name is the widest."""
     split = layout.split(factor=0.37)
-    split.label(text=cells[0])
+    split.label(text=name)
     numbers = split.split()  # of equal widths, whatever is in them
     numbers.active = not header
-    for cell in cells[1:]:
+    for cell in cells:
         part = numbers.row()
         part.alignment = "RIGHT"
         part.label(text=cell)
@@ -178,14 +178,8 @@ class RLG_UL_results(bpy.types.UIList):
     """A row for each method; the first is the baseline."""
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: Any, active: Any, prop: str, index: int) -> None:
-        error, base = getattr(item, data.measure), getattr(data.results[0], data.measure)
-        cells = [
-            item.name,
-            f"{error:.3g}",
-            f"×{error / base:.2f}" if base else "",
-            f"{item.seconds:.1f} s",
-        ]
-        _draw_cells(layout, cells)
+        row = results.row_of(data, item)
+        _draw_row(layout, row.name, *(cell.text for cell in row.cells))
 
 
 class RLG_PT_compare_probe(_Panel, bpy.types.Panel):

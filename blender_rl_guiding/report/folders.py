@@ -203,9 +203,7 @@ def _fitting(run: Run, size: tuple[int, int]) -> Run:
     return run
 
 
-def _with_images(
-    folder: Path, runs: list[Run], size: tuple[int, ...], damage: _Damage
-) -> tuple[list[Run], list[tuple[Run, np.ndarray]]]:
+def _with_images(folder: Path, runs: list[Run], size: tuple[int, ...], damage: _Damage) -> tuple[list[Run], list[tuple[Run, np.ndarray]]]:
     """The runs that can be shown, and the images of those that are.
 
     Each method shows its first run with a whole image. Its runs before that one are left out.

@@ -14,7 +14,7 @@ def run(method: str = "dqn", curve: Any = (), losses: Any = (), guide: Any = Non
     return Run(
         folder=Path(), scene="c1", method=method, seed=0, spp=4, seconds=1.0, learn_seconds=0.5, rays=1, metrics={},
         settings={"guide": guide or {"kind": "dqn", "error": "squared"}}, machine={}, versions={},
-        curve=list(curve), losses=list(losses), learnt=None,
+        curve=list(curve), losses=list(losses),
     )  # fmt: skip
 
 

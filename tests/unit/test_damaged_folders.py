@@ -12,12 +12,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from blender_rl_guiding import images
+from blender_rl_guiding import images, report
 from blender_rl_guiding.doors import cli
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.report import discs, figures, page_probe
-from blender_rl_guiding.report import writing as report
-from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report import discs, figures, load, page_pictures
 from blender_rl_guiding.report.handover import handed_over
 from tests import mutations
 from tests.unit.test_page_probe import add_probe
@@ -38,7 +36,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(autouse=True)
 def _small_and_few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "write", lambda results: None)
-    monkeypatch.setattr(page_probe, "_SIZE", 6)
+    monkeypatch.setattr(page_pictures, "DISC", 6)
     monkeypatch.setattr(discs, "SMOOTH", 1)
 
 
@@ -50,7 +48,7 @@ def outcome(folder: Path, all_of_it: bool = False) -> str:
         if all_of_it:
             report.show(results, Console(file=io.StringIO()))
             write_figures(results)
-        if results.scenes[0] in results.pictured:
+        if results.scenes[0] in results.pictures:
             json.dumps(handed_over(results)).encode()
         line = "".join(results.damaged[:1])
         page = (folder / "report.html").read_text(encoding="utf-8")
