@@ -1,4 +1,4 @@
-"""What a comparison brings back: rows and images into the file, so that they are there when it is opened again."""
+"""Brings the results of a comparison into the file: rows and images are there when it is opened again."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ HEADS = ("Method", "Error", "Ratio", "Time")
 
 
 def store(scene: bpy.types.Scene, outcome: dict[str, Any]) -> str:
-    """Take over what the worker tells in `done`, see `handover.handed_over`; returns a line about it."""
+    """Take over the outcome of the job, see `handover.handed_over`; returns a line about it."""
     comparison = scene.rl_guiding_comparison
     comparison.about, comparison.page = outcome["about"], outcome["page"]
     comparison.reference_image = opened(outcome["reference"], f"{scene.name} reference", comparison.reference_image)
@@ -73,7 +73,7 @@ def opened(path: str, name: str, image: bpy.types.Image | None = None) -> bpy.ty
 
 
 def clear(comparison: bpy.types.PropertyGroup) -> None:
-    """Let go of results; files stay where they are, and images that something else uses."""
+    """Remove the results and their images, but no files, and no images that something else uses."""
     images = [item.image for item in (*comparison.results, *comparison.pictures)] + [item.heat for item in comparison.results]
     images.append(comparison.reference_image)
     comparison.results.clear()

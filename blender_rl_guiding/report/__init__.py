@@ -7,19 +7,16 @@
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from rich.console import Console
 
 from .folders import load
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from .results import Results
+from .results import Results
 
 __all__ = ["load", "show", "write"]
 
 
-def write(folder: Path) -> "Results":
+def write(folder: Path) -> Results:
     """Make `report.html`, `table.csv`, `table.tex` and `figures` from the run folders alone; returns what they were made of.
 
     InputError as in `load`, with nothing written.
@@ -37,7 +34,7 @@ def write(folder: Path) -> "Results":
     return results
 
 
-def show(results: "Results", console: "Console") -> None:
+def show(results: Results, console: Console) -> None:
     """Print the errors, as wide as they are: on a narrow terminal lines break, but no number is cut."""
     from rich.measure import Measurement
 

@@ -1,25 +1,12 @@
-"""What runs recorded on their way, as lines: means over the seeds of a method."""
+"""Errors and losses over the course of a render, as lines: means over the seeds of a method."""
 
 import statistics
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import NamedTuple
 
-from .charts import drawable
+from .charts import Plot, Points, drawable
 from .results import Results, Run, Summary
 
-Points = list[tuple[float, float]]
 MOST_POINTS = 50  # in a line of losses: each is the mean of some training steps, or the noise hides the line
-
-
-class Plot(NamedTuple):
-    """One chart, as the page and the figures for papers draw it."""
-
-    name: str  # as part of a file's
-    x_label: str
-    y_label: str
-    log_x: bool
-    log_y: bool
-    lines: list[tuple[str, Points]]  # by method; none is empty
 
 
 def plots(results: Results, scene: str) -> list[Plot]:
@@ -49,11 +36,11 @@ def loss_plots(results: Results, scene: str) -> list[Plot]:
 
 
 def _drawable(*plots: Plot) -> list[Plot]:
-    """The plots with the points that have a place. Lines without such points are left out, and plots without such lines."""
-    found = [
-        plot._replace(lines=[(method, points) for method, line in plot.lines if (points := drawable(line, plot.log_x, plot.log_y))])
-        for plot in plots
-    ]
+    """The plots without points that have no place, without empty lines and empty plots."""
+    found = []
+    for plot in plots:
+        lines = [(method, drawable(line, plot.log_x, plot.log_y)) for method, line in plot.lines]
+        found.append(plot._replace(lines=[(method, line) for method, line in lines if line]))
     return [plot for plot in found if plot.lines]
 
 
@@ -62,12 +49,12 @@ def _lines(found: Iterable[Summary], points: Callable[[Summary], Points]) -> lis
 
 
 def over_samples(summary: Summary, measure: str) -> Points:
-    """(samples per pixel, error), at the samples that every seed was judged at."""
+    """(samples per pixel, error), where every seed has an error."""
     return [(samples, error) for samples, _, error in _judged(summary, measure)]
 
 
 def over_seconds(summary: Summary, measure: str) -> Points:
-    """(seconds of rendering and learning, error), at the samples that every seed was judged at."""
+    """(seconds of rendering and learning, error), where every seed has an error."""
     return [(seconds, error) for _, seconds, error in _judged(summary, measure)]
 
 
@@ -80,7 +67,7 @@ def _judged(summary: Summary, measure: str) -> Iterator[tuple[float, float, floa
 
 
 def losses(summary: Summary) -> Points:
-    """(training steps, mean loss of a few steps), as long as every seed learnt."""
+    """(training steps, mean loss of a few steps), up to the end of the shortest seed."""
     means = [_mean(step) for step in zip(*(run.losses for run in summary.runs), strict=False)]
     stride = -(-len(means) // MOST_POINTS) or 1
     starts = range(0, len(means), stride)
@@ -88,12 +75,12 @@ def losses(summary: Summary) -> Points:
 
 
 def _mean(values: Sequence[float]) -> float:
-    """The mean of whatever a loss may be: `fmean` refuses what is not finite."""
+    """The mean of losses, which may be infinite: `fmean` refuses those."""
     return sum(values) / len(values)
 
 
 def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
-    """The methods that learnt, grouped by what their loss measures: only losses of one kind can be compared."""
+    """The methods that learnt, by the kind of their loss: only losses of one kind can be compared."""
     groups: dict[str, list[Summary]] = {}
     for summary in results.summaries(scene):
         if all(run.losses for run in summary.runs):
@@ -102,7 +89,7 @@ def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
 
 
 def _unit(run: Run) -> str:
-    """What a loss measures. With NEE what is learnt is less: the lights are left out."""
+    """The kind of a run's loss. With NEE a guide learns less: all but the lights."""
     guide = run.settings.get("guide", {})
     error = f"{guide['error']} error" if "error" in guide else f"loss of {guide.get('kind', run.method)}"
     return f"{error} with NEE" if run.nee else error

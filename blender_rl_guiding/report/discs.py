@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from .charts import Axis
 from .pictures import COLOURS
 
-DARKEST = 1e-30  # that is told from nothing
-DECADES = 4.0  # of a scale, at most: what is darker is black
+DARKEST = 1e-30  # radiance; less is nothing
+DECADES = 4.0  # of a scale, at most; what is darker is black
 SMOOTH = 3  # points along each side of a pixel
 _LABELS = 5  # below a bar of colours, at most
 PIXELS = 480  # of a disc, along each side
@@ -27,7 +27,7 @@ _LETTER = 0.05  # inches, of the line at the bottom, about
 
 
 def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
-    """A logarithmic scale for all: up to the brightest patch, down to all but the darkest hundredth, or by `DECADES`."""
+    """A logarithmic scale for all: up to the brightest patch, and down to the darkest hundredth or by `DECADES`."""
     values = np.concatenate([np.ravel(h) for h in hemispheres])
     positive = values[values > DARKEST]
     if not len(positive):
@@ -60,12 +60,12 @@ def _colours(values: np.ndarray, axis: Axis) -> np.ndarray:
 
 
 def averaged(fine: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """The means of a hemisphere over other patches, (rows, columns); a patch that a border cuts counts to both sides by its share."""
+    """The means of a hemisphere over (rows, columns) other patches; a fine patch counts in each coarse one by its share."""
     return _shares(rows, fine.shape[0]) @ fine @ _shares(columns, fine.shape[1]).T
 
 
 def _shares(coarse: int, fine: int) -> np.ndarray:
-    """How much of each of `coarse` equal intervals each of `fine` ones fills, (coarse, fine)."""
+    """The share of each of `coarse` equal intervals that each of `fine` ones fills, (coarse, fine)."""
     ends = np.arange(coarse)[:, None] / coarse, np.arange(fine)[None, :] / fine
     overlap = np.minimum(ends[0] + 1 / coarse, ends[1] + 1 / fine) - np.maximum(*ends)
     return overlap.clip(0) * coarse
@@ -79,7 +79,7 @@ def relative_error(q: np.ndarray, truth: np.ndarray) -> float:
 
 
 def verdict(q: np.ndarray, truth: np.ndarray, nee: bool) -> str:
-    """How far off Q is; with next-event estimation (NEE) it is not meant to be the truth."""
+    """How far off Q is. With next-event estimation (NEE) it should not be the truth: Q leaves the lights out."""
     return "what NEE leaves" if nee else f"off by {100 * relative_error(q, truth):.0f}\N{NO-BREAK SPACE}%"
 
 
@@ -92,7 +92,7 @@ def direction(vector: Sequence[float]) -> str:
 
 
 def caption(scene: str, pixel: Sequence[int], right: Sequence[float], up: Sequence[float]) -> str:
-    """Where a hemisphere is and how it is turned, in a line."""
+    """The place of a hemisphere and its directions, in a line."""
     return f"{scene}, pixel ({pixel[0]}, {pixel[1]}); seen along the normal, right is {direction(right)}, up is {direction(up)}"
 
 

@@ -1,4 +1,4 @@
-"""Reads an experiment's folder, which anyone may have made. Damaged runs are listed and left out; the others make the report."""
+"""Reads an experiment's folder. A stranger may have made it: damaged runs are listed and left out, the others make the report."""
 
 import hashlib
 import os
@@ -19,7 +19,7 @@ from ..settings import MOST_METHODS, MOST_RUNS, recorded
 from ..strings import OldName, fault_of_name, printable
 from ..typed import Range
 from . import result_file
-from .result_file import Count, Error, Number, Patches, load_sealed
+from .result_file import Count, Error, Record, load_sealed
 from .results import Pictures, Results, Run, Truth
 
 SHORTEST = 1e-9  # seconds of a run: rates are per second
@@ -32,7 +32,7 @@ def _no_word(text: str) -> str:
     return fault_of_name(text) or ("is too long" if len(text) > 40 else "")
 
 
-_Word = Annotated[str, _no_word]  # that names of figures have in them
+_Word = Annotated[str, _no_word]  # becomes a part of a figure's name
 
 
 @dataclass(frozen=True)
@@ -62,33 +62,20 @@ class _Guide:
 
 @dataclass(frozen=True)
 class _Settings:
-    """The settings of a run that the report goes by. It only shows the others."""
+    """The settings that decide how a run is reported. The others are only shown."""
 
     guide: _Guide
     nee: bool = False
 
 
-@dataclass(frozen=True)
-class _Probe:
-    """probe.json."""
-
-    pixel: tuple[int, int]
-    position: tuple[Number, Number, Number]
-    right: tuple[Number, Number, Number]
-    up: tuple[Number, Number, Number]
-    patches: tuple[Patches, Patches]
-    radiance: tuple[Error, ...]
-    spp: Count
-
-
 def load(folder: Path) -> Results:
     """Read an experiment's folder.
 
-    Runs without result.json were not finished and are listed as missing. What is damaged or of another run is listed, too, and left out.
+    Runs without result.json are listed as missing. Files that are damaged or of another run are listed as damaged, and left out.
     InputError where experiment.json is damaged, or if no run is left.
     """
     plan = _plan(folder / "experiment.json")
-    # By the plan and not by what lies there: the folder may hold runs of an earlier, larger experiment.
+    # The plan decides: the folder may also hold runs of an earlier, larger experiment.
     places = [(scene, method, seed) for scene in plan.scenes for method in plan.methods for seed in sorted(plan.seeds)]
     runs, missing, damage = list[Run](), [], _Damage(folder)
     for scene, method, seed in places:
@@ -150,17 +137,23 @@ def _run(folder: Path, scene: str, method: str, seed: int) -> Run:
     if (record.scene, record.method, record.seed) != (scene, method, seed):
         raise InputError(f"{path} is of another run: {typed.shown(f'{record.scene}/{record.method}/seed-{record.seed}')}")
     try:
-        _check_curve(record.curve)
-        typed.read(_Settings, record.settings, "settings", loose=True)
-        metrics = typed.read(dict[str, Error], record.metrics, "metrics")
-        metrics = {name: metrics[name] for name in NAMES}
-    except KeyError as error:
-        raise InputError(f"{path}: not a result, or damaged (metrics lacks {error})") from error
+        metrics = _metrics(record)
     except typed.MalformedError as error:
         raise InputError(f"{path}: not a result, or damaged ({error})") from error
-    if record.seconds < SHORTEST:
-        raise InputError(f"{path}: not a result, or damaged (seconds is {record.seconds})")
     return Run(**(vars(record) | {"folder": place, "metrics": metrics, "settings": recorded(record.settings)}))
+
+
+def _metrics(record: Record) -> dict[str, float]:
+    """The errors of a run. MalformedError if it cannot be reported."""
+    _check_curve(record.curve)
+    typed.read(_Settings, record.settings, "settings", loose=True)
+    metrics = typed.read(dict[str, Error], record.metrics, "metrics")
+    for name in NAMES:
+        if name not in metrics:
+            raise typed.MalformedError(f"metrics lacks {name!r}")
+    if record.seconds < SHORTEST:
+        raise typed.MalformedError(f"seconds is {record.seconds}")
+    return metrics
 
 
 def _check_curve(curve: Sequence[Mapping[str, float]]) -> None:
@@ -178,18 +171,18 @@ def _truth(folder: Path, scene: str) -> Truth | None:
     if not os.path.lexists(path):
         return None
     check_inside(folder, path)
-    probe = load_sealed(_Probe, path, "a probe")
-    rows, columns = probe.patches
-    if len(probe.radiance) != rows * columns:
-        raise InputError(f"{path}: not a probe, or damaged (radiance has {len(probe.radiance)} values, not {rows} x {columns})")
-    return Truth(probe.pixel, probe.position, probe.right, probe.up, np.array(probe.radiance).reshape(rows, columns), probe.spp)
+    truth = load_sealed(Truth, path, "a probe")
+    rows, columns = truth.patches
+    if len(truth.radiance) != rows * columns:
+        raise InputError(f"{path}: not a probe, or damaged (radiance has {len(truth.radiance)} values, not {rows} x {columns})")
+    return truth
 
 
 # --- pictures --------------------------------------------------------------------------------------------------------
 
 
 def _of_one_size(runs: list[Run], damage: _Damage) -> tuple[tuple[int, int] | None, list[Run]]:
-    """The width and height that most of a scene's runs have, and the runs that fit. Runs of earlier versions may not tell theirs."""
+    """The most common width and height of a scene's runs, and the runs that have it. Runs of earlier versions may not tell theirs."""
     sizes = [run.resolution for run in runs if run.resolution]
     if not sizes:
         return None, runs
@@ -204,10 +197,7 @@ def _fitting(run: Run, size: tuple[int, int]) -> Run:
 
 
 def _with_images(folder: Path, runs: list[Run], size: tuple[int, ...], damage: _Damage) -> tuple[list[Run], list[tuple[Run, np.ndarray]]]:
-    """The runs that can be shown, and the images of those that are.
-
-    Each method shows its first run with a whole image. Its runs before that one are left out.
-    """
+    """The runs to report, and the first whole image of each method. Runs before that image's are left out: theirs are damaged."""
     whole, shots = list[Run](), list[tuple[Run, np.ndarray]]()
     for run in runs:
         if any(run.method == shown.method for shown, _ in shots):

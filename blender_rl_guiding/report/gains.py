@@ -1,4 +1,4 @@
-"""What an encoder gains: each method that has one against the same method without."""
+"""The gain of an encoder: each method that has one against the same method without."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ HEADS = ("", "against", "ratio", "")
 
 
 def gains(results: Results, scene: str) -> list[Row]:
-    """A row for each method with an encoder and method without one that agree in all else: the ratio of their mape_display."""
+    """A row for each pair of methods that differ in nothing but that one has an encoder and one has none, under `HEADS`."""
     found = results.summaries(scene)
     plain = [(summary, _but_encoder(summary)) for summary in found if _encoder(summary) == "none"]
     return [
@@ -27,7 +27,7 @@ def _encoder(summary: Summary) -> str | None:
 
 
 def _but_encoder(summary: Summary) -> dict[str, Any]:
-    """The settings that must agree."""
+    """All settings that must agree."""
     settings = summary.runs[0].settings
     return settings | {"seed": None, "guide": settings["guide"] | {"encoder": None}}
 
@@ -38,7 +38,7 @@ def _row(summary: Summary, plain: Summary) -> Row:
 
 
 def _verdict(ratio: Estimate) -> str:
-    """What is sure at 95 %."""
+    """The difference that is sure at 95 %."""
     if ratio.margin is None:
         return "more seeds would tell"
     if (beyond := abs(ratio.mean - 1) - ratio.margin) <= 0:

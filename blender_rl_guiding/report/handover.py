@@ -1,4 +1,4 @@
-"""What a comparison hands over to Blender: numbers as plain data, and pictures as files that Blender opens by itself."""
+"""Hands a comparison over to Blender: numbers as plain data, and pictures as files that Blender opens by itself."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,7 +7,7 @@ from ..errors import InputError, atomic
 from ..images import png
 from ..measures import NAMES
 from . import curves, numbers, pictures
-from .results import Results, Summary, ratio
+from .results import Results, Summary
 
 
 def handed_over(results: Results) -> dict[str, Any]:
@@ -24,12 +24,11 @@ def handed_over(results: Results) -> dict[str, Any]:
         "reference": str(folder / scene / "reference.exr"),
         "methods": list(_methods(results, scene)),
         "pictures": [{"name": name, "path": str(folder / "figures" / f"{file}-{scene}.png")} for file, name in _figures(results, scene)],
-        "missing": list(results.missing),
     }
 
 
 def _methods(results: Results, scene: str) -> Iterator[dict[str, Any]]:
-    """A row for each method with a finished run, the baseline first. It names two files of the first seed: image and error map."""
+    """A row for each method with a finished run, the baseline first, with two files of its first seed: image and error map."""
     found = results.pictures[scene]
     maps = found.error_maps()
     top, base = pictures.scale(maps), results.base(scene)
@@ -37,7 +36,7 @@ def _methods(results: Results, scene: str) -> Iterator[dict[str, Any]]:
         heat = run.folder / "error.png"
         with atomic(heat) as part:
             part.write_bytes(png(pictures.heat_map(errors, top)))
-        yield _row(summary, base) | {"image": str(run.folder / "image.exr"), "heat": str(heat), "heat_top": top}
+        yield _row(summary, base) | {"image": str(run.folder / "image.exr"), "heat": str(heat)}
 
 
 def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
@@ -46,8 +45,6 @@ def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
         "method": summary.method,
         "seeds": len(summary.runs),
         "errors": {name: summary.errors[name].mean for name in NAMES},
-        "margins": {name: summary.errors[name].margin for name in NAMES},
-        "ratios": {name: ratio(summary.errors[name].mean, base.errors[name].mean) for name in NAMES} if base else {},
         "equal_time": numbers.equal_time(summary, base) if base else None,
         "spp": max(run.spp for run in summary.runs),
         "seconds": summary.seconds.mean,

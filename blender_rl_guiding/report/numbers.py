@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ..measures import NAMES
 from ..tables import Cell, Row, Table
-from .results import COLUMNS, Estimate, Results, Summary, geometric_mean, ratio, ratio_of
+from .results import COLUMNS, Estimate, Results, Summary, geometric_mean, ratio
 
 EQUAL_TIME, LEARNING = "relmse, equal time", "learn share"
 HEADS = ("", *NAMES, EQUAL_TIME, "seconds", LEARNING, "Mrays/s")
@@ -66,14 +66,12 @@ def papers(results: Results) -> Table:
 
 def _column(results: Results, scene: str) -> dict[str, Cell]:
     """The cells of a scene by method."""
-    summaries, base = results.summaries(scene), results.base(scene)
-    best = min(summary.errors["mape_display"].mean for summary in summaries)
-    cells = {}
-    for summary in summaries:
-        error = summary.errors["mape_display"]
+    errors, base = {summary.method: summary.errors["mape_display"] for summary in results.summaries(scene)}, results.baseline
+    best, cells = min(error.mean for error in errors.values()), {}
+    for method, error in errors.items():
         below = [] if error.margin is None else [f"±{error.margin:.4f}"]
-        below += [f"(×{ratio_of(error, base.errors['mape_display']).mean:.3f})"] if base else []
-        cells[summary.method] = Cell(f"{error.mean:.4f}", below, "best" if error.mean == best else None)
+        below += [f"(×{ratio(error.mean, errors[base].mean):.3f})"] if base in errors else []
+        cells[method] = Cell(f"{error.mean:.4f}", below, "best" if error.mean == best else None)
     return cells
 
 

@@ -1,12 +1,13 @@
 """The page's pictures of a scene: charts, images and where they are wrong, a viewer that flips between them, and what is learnt."""
 
 from collections.abc import Sequence
+from functools import partial
 from html import escape
 
 import numpy as np
 
 from . import curves, discs, pictures
-from .charts import Axis, Line, chart
+from .charts import Axis, Plot, chart
 from .markup import colour, legend, listed
 from .results import Results, Run, Truth
 
@@ -28,14 +29,9 @@ def losses(results: Results, scene: str) -> str:
     return _charts("Loss", note, results, curves.loss_plots(results, scene))
 
 
-def _charts(title: str, note: str, results: Results, plots: Sequence[curves.Plot]) -> str:
-    drawn = [f"<div>{legend(results, [method for method, _ in plot.lines])}{_chart(results, plot)}</div>" for plot in plots]
+def _charts(title: str, note: str, results: Results, plots: Sequence[Plot]) -> str:
+    drawn = [f"<div>{legend(results, [method for method, _ in plot.lines])}{chart(plot, partial(colour, results))}</div>" for plot in plots]
     return f"<h3>{title}</h3><p class=note>{note}</p><div class=charts>{''.join(drawn)}</div>" if drawn else ""
-
-
-def _chart(results: Results, plot: curves.Plot) -> str:
-    lines = [Line(method, colour(results, method), points) for method, points in plot.lines]
-    return chart(lines, plot.x_label, plot.y_label, log_x=plot.log_x, log_y=plot.log_y)
 
 
 # --- images ----------------------------------------------------------------------------------------------------------
@@ -102,10 +98,10 @@ def learnt(results: Results, scene: str) -> str:
     if known is None:
         return ""
     truth, found = known
-    axis = discs.scale([truth.radiance, *(q for _, q in found)])
-    shown = [_disc(truth.radiance, axis, "truth", "{} × {} directions".format(*truth.radiance.shape))]
+    axis = discs.scale([truth.hemisphere, *(q for _, q in found)])
+    shown = [_disc(truth.hemisphere, axis, "truth", "{} × {} directions".format(*truth.hemisphere.shape))]
     for run, q in found:
-        shown.append(_disc(q, axis, run.method, "{} × {}, {}".format(*q.shape, discs.verdict(q, truth.radiance, run.nee))))
+        shown.append(_disc(q, axis, run.method, "{} × {}, {}".format(*q.shape, discs.verdict(q, truth.hemisphere, run.nee))))
     ticks = "".join(f'<span style="left:{100 * axis.along(value):.1f}%">{value:.4g}</span>' for value in discs.labels(axis))
     about = "Radiance (luminance) through each patch of the hemisphere, on one logarithmic scale."
     row = f"<div class=row>{_scale(f'<div class=ticks>{ticks}</div>', about)}{''.join(shown)}</div>"

@@ -37,7 +37,7 @@ def heat_map(errors: np.ndarray, top: float) -> np.ndarray:
 
 
 def scale(maps: Iterable[np.ndarray]) -> float:
-    """The top of a scale for all maps: 95 % of the worst one's pixels lie below; 1, 2 or 5 times a power of ten."""
+    """The top of a scale for all maps, 1, 2 or 5 times a power of ten: 95 % of the pixels of the worst map lie below."""
     high = max((float(np.percentile(m, 95)) for m in maps), default=0.0)
     if high <= 0.0:
         return 1.0

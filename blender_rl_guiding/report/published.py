@@ -1,4 +1,4 @@
-"""What the slides "Deep Reinforcement Learning and Ray Tracing" report, as data: errors at 32 samples per pixel, training included."""
+"""The results of the slides "Deep Reinforcement Learning and Ray Tracing": errors at 32 samples per pixel, training included."""
 
 from ..tables import Cell, Row
 from .numbers import margin
@@ -31,7 +31,7 @@ HEADS = ("", "published", "ours", "reached?")
 
 
 def rows(results: Results, scene: str) -> list[Row]:
-    """Every method of ours beside what is published of it; empty where nothing is, or our baseline is missing."""
+    """Each of our methods beside the published one, under `HEADS`; empty where nothing is published, or our baseline is missing."""
     base = results.base(scene)
     if results.name not in EXPERIMENTS or scene not in RATIOS or base is None:
         return []

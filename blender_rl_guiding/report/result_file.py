@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+import numpy as np
+
 from .. import typed
 from ..errors import InputError, atomic
 from ..typed import Range
@@ -28,7 +30,12 @@ class Learnt:
     pixel: tuple[int, int]  # column and row, from the top left
     rows: Patches
     columns: Patches
-    q: tuple[Number, ...]  # rows x columns, row 0 at the horizon
+    q: tuple[Number, ...]  # mean radiance through each patch, rows x columns, row 0 at the horizon
+
+    @property
+    def hemisphere(self) -> np.ndarray:
+        """`q` as (rows, columns)."""
+        return np.array(self.q).reshape(self.rows, self.columns)
 
 
 @dataclass(frozen=True)

@@ -12,23 +12,31 @@ import numpy as np
 
 from ..images.metrics import mape_map
 from ..measures import NAMES
-from .result_file import Record
+from .result_file import Count, Error, Number, Patches, Record
 
 COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *NAMES)
 LEARNING_GUIDES = ("qtable", "dqn")
+_Vector = tuple[Number, Number, Number]
 # 97.5 % quantiles of Student's t for 1..9 degrees of freedom; from 10 on, the series in `_student` has four digits.
 _T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216)
 
 
-class Truth(NamedTuple):
-    """The light that arrives at the point that a pixel sees."""
+@dataclass(frozen=True)
+class Truth:
+    """probe.json: the light that arrives at the point that a pixel sees."""
 
     pixel: tuple[int, int]  # column and row, from the top left
-    position: tuple[float, ...]  # world space
-    right: tuple[float, ...]  # unit, world space: what is to the right in a picture of the hemisphere
-    up: tuple[float, ...]
-    radiance: np.ndarray  # (rows, columns), mean through each patch of the hemisphere, row 0 at the horizon
-    spp: int  # samples of each patch
+    position: _Vector  # world space
+    right: _Vector  # unit, world space: to the right in a picture of the hemisphere
+    up: _Vector
+    patches: tuple[Patches, Patches]  # rows and columns
+    radiance: tuple[Error, ...]  # mean through each patch of the hemisphere, row 0 at the horizon
+    spp: Count  # samples of each patch
+
+    @property
+    def hemisphere(self) -> np.ndarray:
+        """`radiance` as (rows, columns)."""
+        return np.array(self.radiance).reshape(self.patches)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,18 +57,13 @@ class Run(Record):
         return bool(self.settings.get("nee"))
 
     @property
-    def q(self) -> np.ndarray | None:
-        """What it has learnt at the probe's pixel, (rows, columns) as `Truth.radiance`; None where nothing is known."""
-        return np.array(self.probe.q).reshape(self.probe.rows, self.probe.columns) if self.probe else None
-
-    @property
     def train_seconds(self) -> float:
-        """The part of `learn_seconds` that went into training, as far as the guide tells it apart."""
+        """The part of `learn_seconds` that went into training; 0 where the guide does not tell it apart."""
         return sum(entry.get("train_seconds", 0.0) for entry in self.curve)
 
     @property
     def infer_seconds(self) -> float:
-        """The part of `learn_seconds` that went into laying out directions, as far as the guide tells it apart."""
+        """The part of `learn_seconds` that went into laying out directions; 0 where the guide does not tell it apart."""
         return sum(entry.get("infer_seconds", 0.0) for entry in self.curve)
 
     @property
@@ -76,7 +79,7 @@ class Pictures(NamedTuple):
     shots: Sequence[tuple[Run, np.ndarray]]
 
     def error_maps(self) -> list[np.ndarray]:
-        """Where each shot is how far off, (H, W)."""
+        """For each shot its error at each pixel, (H, W)."""
         return [mape_map(image, self.reference) for _, image in self.shots]
 
 
@@ -124,11 +127,11 @@ class Results:
     methods: tuple[str, ...]
     baseline: str
     command: str
-    reference: str  # what the errors are against, for people
+    reference: str  # of the errors, described for people
     runs: tuple[Run, ...]
-    missing: tuple[str, ...]  # what was asked for and is not there, as "scene/method/seed-n"
+    missing: tuple[str, ...]  # runs of the plan that are not there, as "scene/method/seed-n"
     truths: dict[str, Truth]  # by scene, where there is one
-    damaged: tuple[str, ...] = ()  # what is there but cannot be used, a line for each
+    damaged: tuple[str, ...] = ()  # files that cannot be used, a line for each
     pictures: dict[str, Pictures] = field(default_factory=dict)  # by scene, where there is a reference
 
     @property
@@ -150,7 +153,7 @@ class Results:
         truth, first = self.truths.get(scene), [summary.runs[0] for summary in self.summaries(scene)]
         if truth is None or not any(run.learns for run in first):
             return None
-        return truth, [(run, run.q) for run in first if run.q is not None and run.probe and run.probe.pixel == truth.pixel]
+        return truth, [(run, run.probe.hemisphere) for run in first if run.probe and run.probe.pixel == truth.pixel]
 
 
 def estimate(values: Sequence[float]) -> Estimate:
@@ -186,6 +189,6 @@ def ratio_of(ours: Estimate, theirs: Estimate) -> Estimate:
 
 
 def geometric_mean(values: Iterable[float]) -> float:
-    """The mean for ratios: twice as good on one scene and half as good on another is 1."""
+    """The mean of ratios: that of 2 and 1/2 is 1."""
     values = list(values)
     return 0.0 if 0.0 in values else statistics.geometric_mean(values)
