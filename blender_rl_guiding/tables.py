@@ -8,9 +8,9 @@ class Cell(NamedTuple):
     """A number or a word."""
 
     text: str
-    below: Sequence[str] | None = None  # in small letters, such as an interval; an empty one takes its place, None takes none
-    mark: str | None = None  # "best" or "worse"; "" where a verdict is neither, None where nothing is judged
-    share: float | None = None  # per cent of the column's largest number, drawn as a bar
+    below: Sequence[str] | None = None  # in small letters, such as an interval; None if the column has no such line
+    mark: str | None = None  # a verdict: "best", "worse", or "" for neither; None if the cell is no verdict
+    share: float | None = None  # the length of a bar: per cent of the column's largest number
 
 
 class Row(NamedTuple):

@@ -1,5 +1,6 @@
 """Errors and losses over the course of a render, as lines: means over the seeds of a method."""
 
+import math
 import statistics
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -69,7 +70,7 @@ def _judged(summary: Summary, measure: str) -> Iterator[tuple[float, float, floa
 def losses(summary: Summary) -> Points:
     """(training steps, mean loss of a few steps), up to the end of the shortest seed."""
     means = [_mean(step) for step in zip(*(run.losses for run in summary.runs), strict=False)]
-    stride = -(-len(means) // MOST_POINTS) or 1
+    stride = max(1, math.ceil(len(means) / MOST_POINTS))
     starts = range(0, len(means), stride)
     return [(min(start + stride, len(means)), _mean(means[start : start + stride])) for start in starts]
 

@@ -39,7 +39,7 @@ def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
 def labels(axis: Axis) -> list[float]:
     """The axis' ticks, thinned out until there is room for them."""
     ticks = axis.ticks()
-    return ticks[:: -(-len(ticks) // _LABELS)]
+    return ticks[:: math.ceil(len(ticks) / _LABELS)]
 
 
 def picture(values: np.ndarray, axis: Axis, size: int) -> np.ndarray:
@@ -87,7 +87,7 @@ def direction(vector: Sequence[float]) -> str:
     """A unit vector of the world by its axis, "+x", or as numbers."""
     nearest = int(np.argmax(np.abs(vector)))
     if abs(vector[nearest]) > 0.9999:
-        return f"{'-+'[vector[nearest] > 0]}{'xyz'[nearest]}"
+        return f"{'+' if vector[nearest] > 0 else '-'}{'xyz'[nearest]}"
     return f"({', '.join(f'{component:.2f}' for component in vector)})"
 
 

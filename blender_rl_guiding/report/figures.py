@@ -1,5 +1,6 @@
 """Figures for papers as PDF and PNG: error curves, losses, rows of images and of hemispheres, on white and in print sizes."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -29,7 +30,7 @@ def write(results: Results) -> None:
 
 
 def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
-    """Each figure with its name. None is empty."""
+    """Each figure with its name; no figure is empty."""
     if not results.summaries(scene):
         return
     if pictures := results.pictures.get(scene):
@@ -42,7 +43,7 @@ def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
 
 def _chart(results: Results, plot: Plot) -> Figure:
     """The lines on the same axes as in the page, their names above."""
-    legend_height = 0.13 * -(-len(plot.lines) // NAMES_ABREAST) + 0.05
+    legend_height = 0.13 * math.ceil(len(plot.lines) / NAMES_ABREAST) + 0.05
     figure = Figure((WIDTH, HEIGHT + legend_height))
     axes = figure.add_subplot(xscale="log" if plot.log_x else "linear", yscale="log" if plot.log_y else "linear")
     figure.subplots_adjust(left=0.17, right=0.98, bottom=0.4 / (HEIGHT + legend_height), top=HEIGHT / (HEIGHT + legend_height))

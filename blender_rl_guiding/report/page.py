@@ -20,11 +20,10 @@ _TEMPLATE = Path(__file__).with_name("report_template.html")
 
 def page(results: Results) -> str:
     """The page's text."""
-    scenes = results.reported
     sections = [_head(results), _beside_published(results), _by_encoder(results), _overall(results)]
-    sections += [*(_scene(results, scene) for scene in scenes), _settings(results), _origin(results)]
+    sections += [*(_scene(results, scene) for scene in results.reported), _settings(results), _origin(results)]
     parts = {
-        "title": escape(results.name or f"{', '.join(results.methods)} on {', '.join(scenes)}"),
+        "title": escape(results.name or f"{', '.join(results.methods)} on {', '.join(results.reported)}"),
         "light": _variables(pictures.LIGHT),
         "dark": _variables(pictures.DARK),
         "gradient": ", ".join(f"rgb({r} {g} {b})" for r, g, b in pictures.COLOURS[::15].tolist()),
@@ -36,12 +35,12 @@ def page(results: Results) -> str:
 
 
 def _filled(template: str, parts: dict[str, str]) -> str:
-    """All at once, so that nothing is looked for in what comes from the folder."""
+    """Fills all fields in one pass: text from the folder is not searched for fields."""
     return re.sub(r"{{(\w+)}}", lambda found: parts[found[1]], template)
 
 
 def _policy(template: str, parts: dict[str, str]) -> str:
-    """The Content-Security-Policy by which a browser obeys nothing but the template's own script and style, and loads nothing.
+    """The Content-Security-Policy: a browser runs the template's own script and style alone, and loads nothing.
 
     `style-src` is for attributes, and for browsers that do not know `style-src-elem`.
     """
@@ -61,7 +60,8 @@ def _head(results: Results) -> str:
     seeds, samples = len({run.seed for run in results.runs}), sorted({run.spp for run in results.runs})
     alert = _alert("<b>Missing:</b> these runs are not finished, and not in the numbers.", results.missing)
     alert += _alert("<b>Damaged:</b> this cannot be read, and is left out.", results.damaged)
-    effort = f"{listed(map(str, samples))} samples a pixel, {seeds} seed{'s' * (seeds > 1)}, baseline {escape(results.baseline)}"
+    seeded = "1 seed" if seeds == 1 else f"{seeds} seeds"
+    effort = f"{listed(map(str, samples))} samples a pixel, {seeded}, baseline {escape(results.baseline)}"
     command = f"<code class=command>{escape(results.command)}</code>"
     title = CATALOGUE[results.name].about if results.name in CATALOGUE else listed(results.methods)
     return f"<h1>{escape(title)}</h1><p class=note>{effort}</p>{command}{alert}"

@@ -15,7 +15,7 @@ from ..measures import NAMES
 from .result_file import Count, Error, Number, Patches, Record
 
 COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *NAMES)
-LEARNING_GUIDES = ("qtable", "dqn")
+LEARNING_GUIDES = ("qtable", "dqn")  # kinds
 _Vector = tuple[Number, Number, Number]
 # 97.5 % quantiles of Student's t for 1..9 degrees of freedom; from 10 on, the series in `_student` has four digits.
 _T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216)

@@ -132,6 +132,14 @@ def test_an_image_is_not_unpacked_where_memory_does_not_suffice(good: Path, tmp_
     assert lines[0].startswith("c1/reference.exr takes 384 bytes of memory, but only 383 bytes are free")
 
 
+def test_no_image_is_decoded_twice(good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    copy = shutil.copytree(good, tmp_path / "folder")
+    decoded: list[int] = []
+    monkeypatch.setattr(images, "available", lambda: decoded.append(1) or 2**40)  # asked once for each image
+    outcome(copy, all_of_it=True)
+    assert len(decoded) == 1 + 2  # the reference and the first run of each method
+
+
 def test_the_command_lists_what_is_damaged_and_fails(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     copy = shutil.copytree(good, tmp_path / "folder")
     for seed in "01":
