@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Sequence
 
 from .charts import Plot, Points, drawable
 from .results import Results, Run, Summary
@@ -18,8 +18,8 @@ def plots(results: Results, scene: str) -> list[Plot]:
 def error_plots(results: Results, scene: str) -> list[Plot]:
     """mape_display over samples as the slides have it, and relMSE over time; empty where no run recorded them."""
     found = results.summaries(scene)
-    by_samples = _lines(found, lambda summary: over_samples(summary, "mape_display"))
-    by_time = _lines(found, lambda summary: over_seconds(summary, "relmse"))
+    by_samples = [(summary.method, over(summary, "samples", "mape_display")) for summary in found]
+    by_time = [(summary.method, over(summary, "seconds", "relmse")) for summary in found]
     return _drawable(
         Plot("mape", "samples per pixel", "mape_display", False, True, by_samples),
         Plot("relmse-time", "seconds, learning included", "relmse", True, True, by_time),
@@ -28,12 +28,11 @@ def error_plots(results: Results, scene: str) -> list[Plot]:
 
 def loss_plots(results: Results, scene: str) -> list[Plot]:
     """Losses over training steps, a plot for each kind of loss; empty where nothing learnt."""
-    return _drawable(
-        *(
-            Plot("-".join(["loss", *unit.removeprefix("loss of ").split()]), "training steps", unit, False, False, _lines(found, losses))
-            for unit, found in by_loss(results, scene).items()
-        )
-    )
+    plots = []
+    for unit, found in by_loss(results, scene).items():
+        name, lines = "-".join(["loss", *unit.removeprefix("loss of ").split()]), [(summary.method, losses(summary)) for summary in found]
+        plots.append(Plot(name, "training steps", unit, False, False, lines))
+    return _drawable(*plots)
 
 
 def _drawable(*plots: Plot) -> list[Plot]:
@@ -45,26 +44,12 @@ def _drawable(*plots: Plot) -> list[Plot]:
     return [plot for plot in found if plot.lines]
 
 
-def _lines(found: Iterable[Summary], points: Callable[[Summary], Points]) -> list[tuple[str, Points]]:
-    return [(summary.method, points(summary)) for summary in found]
-
-
-def over_samples(summary: Summary, measure: str) -> Points:
-    """(samples per pixel, error), where every seed has an error."""
-    return [(samples, error) for samples, _, error in _judged(summary, measure)]
-
-
-def over_seconds(summary: Summary, measure: str) -> Points:
-    """(seconds of rendering and learning, error), where every seed has an error."""
-    return [(seconds, error) for _, seconds, error in _judged(summary, measure)]
-
-
-def _judged(summary: Summary, measure: str) -> Iterator[tuple[float, float, float]]:
-    """(samples, mean seconds, mean error)."""
+def over(summary: Summary, x: str, measure: str) -> Points:
+    """Errors over the means of x, "samples" per pixel or "seconds" of rendering and learning, where every seed has an error."""
     entries = [{entry["samples"]: entry for entry in run.curve if measure in entry} for run in summary.runs]
-    for samples in sorted(set.intersection(*map(set, entries))):
-        at = [seed[samples] for seed in entries]
-        yield samples, statistics.fmean(entry["seconds"] for entry in at), statistics.fmean(entry[measure] for entry in at)
+    common = sorted(set.intersection(*map(set, entries)))
+    mean = statistics.fmean
+    return [(mean(seed[at][x] for seed in entries), mean(seed[at][measure] for seed in entries)) for at in common]
 
 
 def losses(summary: Summary) -> Points:
