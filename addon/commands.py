@@ -21,16 +21,17 @@ from blender_rl_guiding.flags import (
     given,
     render_settings,
 )
+from blender_rl_guiding.measures import NAMES
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.view import AUTO, add_view, chosen_view
 from blender_rl_guiding.settings import Machine, Render
 from blender_rl_guiding.strings import say
+from blender_rl_guiding.tables import Cell, Row, Table, aligned
 
 from . import installation as environment
 from .capture import exported, write
 from .comparison import running
 from .comparison.operators import PATIENCE, job_of
-from .comparison.results import MEASURES
 from .comparison.steps import Cycles, working
 from .properties import read
 from .views import opened
@@ -128,18 +129,12 @@ def _work(data: SceneData, job: str, values: dict[str, Any], cycles: Cycles | No
 
 def _table(rows: list[dict[str, Any]]) -> str:
     """The errors of all methods, as text."""
-    head = ["", *MEASURES, "seconds", "samples/s"]
-    body = [
-        [
-            row["method"],
-            *(f"{row['errors'][measure]:.4g}" for measure in MEASURES),
-            f"{row['seconds']:.1f}",
-            f"{row['samples_per_second']:.3g}",
-        ]
-        for row in rows
-    ]
-    widths = [max(map(len, column)) for column in zip(head, *body, strict=True)]
-    return "\n".join("  ".join(map(str.rjust, line, widths)) for line in (head, *body))
+    return aligned(Table(("", *NAMES, "seconds", "samples/s"), {"": [Row(row["method"], _cells(row)) for row in rows]}))
+
+
+def _cells(row: dict[str, Any]) -> list[Cell]:
+    errors = [f"{row['errors'][name]:.4g}" for name in NAMES]
+    return [Cell(text) for text in (*errors, f"{row['seconds']:.1f}", f"{row['samples_per_second']:.3g}")]
 
 
 def _machine(options: argparse.Namespace) -> dict[str, Any]:

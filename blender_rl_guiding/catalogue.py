@@ -16,13 +16,13 @@ class Entry:
     methods: dict[str, Render]  # by name
 
     def __post_init__(self) -> None:
-        """All methods alike draw the numbers of the slides' time, so that errors can be held against the published ones."""
+        """All methods draw independent random numbers, as those of the slides did: errors can be compared with the published ones."""
         then = {name: replace(settings, sampler="independent") for name, settings in self.methods.items()}
         object.__setattr__(self, "methods", then)
 
 
 def _published(group: str, methods: str) -> Entry:
-    """The slides' scenes of a group and methods on them, with what they leave out: the honest baseline, a table, and our best."""
+    """The slides' scenes of a group and the methods on them, and the ones that they leave out: bsdf, a table, and our best."""
     names = [
         "uniform",
         "bsdf",
@@ -37,7 +37,7 @@ def _published(group: str, methods: str) -> Entry:
 
 
 def _varied(about: str, variants: dict[str, dict[str, int]]) -> Entry:
-    """Variants of the slides' network in experiment A on scene a1; what counts is the loss while it learns."""
+    """Variants of the slides' network in experiment A on scene a1, to be compared by their loss."""
     base = method("slides_a_pos")
     learners = {name: override(base, {f"dqn.{key}": value for key, value in changes.items()}) for name, changes in variants.items()}
     return Entry(about, ("a1",), {"uniform": method("uniform")} | learners)
@@ -53,11 +53,11 @@ CATALOGUE = {
         "Loss by resolution", {f"{r}x{c}_patches": {"rows": r, "columns": c} for r, c in ((4, 6), (6, 8), (9, 12), (15, 20))}
     ),
 }
-LOSS_FIRST = ("slides-depth", "slides-width", "slides-resolution")  # whose main picture is the loss
+LOSS_FIRST = ("slides-depth", "slides-width", "slides-resolution")  # their main picture is the loss
 
 
 def chosen(names: list[str]) -> list[str]:
-    """The experiments that the names stand for, each once; "all" is every one. InputError on a name that is not there."""
+    """The experiments of these names, each once; "all" is every one. InputError on an unknown name."""
     for name in names:
         if name not in (*CATALOGUE, "all"):
             raise InputError(f"no experiment is called {name!r}; there are {', '.join(CATALOGUE)} and all")

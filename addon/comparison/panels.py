@@ -9,11 +9,11 @@ from blender_rl_guiding.settings import Render
 from .. import panels
 from ..engine import RLGuided
 from ..text import draw_text
-from . import running
+from . import results, running
 from .properties import REFERENCES
 from .show_operators import KINDS
 
-_NOT_OF_A_METHOD = {"spp", "seconds", "passes", "denoise"}  # the comparison has these for all methods, or not at all
+_NOT_OF_A_METHOD = {"spp", "seconds", "passes", "denoise"}  # one for all methods, or without meaning in a comparison
 
 
 class _Panel:
@@ -28,7 +28,7 @@ class _Panel:
 
 
 class RLG_PT_compare(_Panel, bpy.types.Panel):
-    """What is compared, and the button that starts it."""
+    """The methods, what each may spend, the reference, and the button that starts the comparison."""
 
     bl_idname = "RLG_PT_compare"
     bl_label = "Compare Methods"
@@ -68,7 +68,7 @@ def _draw_reference(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGr
 
 
 def _draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """The button, or what is under way; below, how the last one ended."""
+    """The progress of what is under way; or the button, and below it how the last one ended."""
     state = running.STATE
     if state.work:
         row = layout.row(align=True)
@@ -116,7 +116,7 @@ def _draw_settings(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup
 
 
 class RLG_PT_compare_results(_Panel, bpy.types.Panel):
-    """The table, and the ways to look at what has come out."""
+    """The table, and buttons for images, slots and the report."""
 
     bl_idname = "RLG_PT_compare_results"
     bl_parent_id = "RLG_PT_compare"
@@ -133,7 +133,7 @@ class RLG_PT_compare_results(_Panel, bpy.types.Panel):
         row.label(text="Error")
         row.prop(comparison, "measure", text="")
         column = layout.column(align=True)
-        _draw_cells(column, ["Method", "Error", "Ratio", "Time"], header=True)
+        _draw_row(column, *results.HEADS, header=True)
         column.template_list("RLG_UL_results", "", comparison, "results", comparison, "active_result", rows=3)
         if comparison.active_result < len(comparison.results):
             _draw_details(layout, comparison.results[comparison.active_result])
@@ -145,7 +145,7 @@ class RLG_PT_compare_results(_Panel, bpy.types.Panel):
 
 
 def _draw_details(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> None:
-    """What the table has no room for."""
+    """More numbers of the active row."""
     column = layout.column(align=True)
     column.active = False
     row = column.row(align=True)
@@ -162,13 +162,13 @@ def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) 
             row.operator("rl_guided.side_by_side", text=label, icon="IMAGE_REFERENCE" if kind == "IMAGES" else "NONE").kind = kind
 
 
-def _draw_cells(layout: bpy.types.UILayout, cells: list[str], header: bool = False) -> None:
-    """A row of the table; the first cell is the widest."""
+def _draw_row(layout: bpy.types.UILayout, name: str, *cells: str, header: bool = False) -> None:
+    """A row of the table; the name is the widest."""
     split = layout.split(factor=0.37)
-    split.label(text=cells[0])
-    numbers = split.split()  # of equal widths, whatever is in them
+    split.label(text=name)
+    numbers = split.split()  # columns of equal widths
     numbers.active = not header
-    for cell in cells[1:]:
+    for cell in cells:
         part = numbers.row()
         part.alignment = "RIGHT"
         part.label(text=cell)
@@ -178,18 +178,12 @@ class RLG_UL_results(bpy.types.UIList):
     """A row for each method; the first is the baseline."""
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: Any, active: Any, prop: str, index: int) -> None:
-        error, base = getattr(item, data.measure), getattr(data.results[0], data.measure)
-        cells = [
-            item.name,
-            f"{error:.3g}",
-            f"×{error / base:.2f}" if base else "",
-            f"{item.seconds:.1f} s",
-        ]
-        _draw_cells(layout, cells)
+        row = results.row_of(data, item)
+        _draw_row(layout, row.name, *(cell.text for cell in row.cells))
 
 
 class RLG_PT_compare_probe(_Panel, bpy.types.Panel):
-    """Where methods are asked what they have learnt."""
+    """The pixel at which to show what methods have learnt."""
 
     bl_idname = "RLG_PT_compare_probe"
     bl_parent_id = "RLG_PT_compare"

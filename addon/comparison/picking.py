@@ -1,4 +1,4 @@
-"""The pixel whose surface point is asked for what is learnt: by a click into an image or the scene, or by the 3D cursor."""
+"""Chooses the pixel at which to show what is learnt: by a click into an image or the scene, or by the 3D cursor."""
 
 import bpy
 from bpy_extras.object_utils import world_to_camera_view
@@ -6,6 +6,8 @@ from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_
 from mathutils import Vector
 
 from blender_rl_guiding.errors import InputError
+
+from ..acting import Acting
 
 
 def size_of(scene: bpy.types.Scene) -> tuple[int, int]:
@@ -67,7 +69,7 @@ def _surface(context: bpy.types.Context, region: bpy.types.Region, view: bpy.typ
 
 
 class RLG_OT_pick(bpy.types.Operator):
-    """Click on a surface, in an image of the scene or in the 3D viewport, to be shown what is learnt there."""
+    """Click on a surface, in an image of the scene or in the 3D viewport, to see what is learnt there."""
 
     bl_idname = "rl_guided.pick"
     bl_label = "Pick a Point"
@@ -96,20 +98,15 @@ class RLG_OT_pick(bpy.types.Operator):
         return outcome
 
 
-class RLG_OT_pick_cursor(bpy.types.Operator):
+class RLG_OT_pick_cursor(Acting):
     """Take the pixel that sees the 3D cursor."""
 
     bl_idname = "rl_guided.pick_cursor"
     bl_label = "From 3D Cursor"
     bl_options = {"UNDO"}
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        try:
-            _take(context.scene, pixel_at(context.scene, context.scene.cursor.location))
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
+    def act(self, context: bpy.types.Context) -> None:
+        _take(context.scene, pixel_at(context.scene, context.scene.cursor.location))
 
 
 def _take(scene: bpy.types.Scene, pixel: tuple[int, int]) -> None:

@@ -5,6 +5,8 @@
 
 import bpy
 
+from blender_rl_guiding import measures
+
 from ..properties import RENDER_GROUP
 
 _RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"}  # a path may begin with //, the folder of the .blend
@@ -19,12 +21,7 @@ REFERENCES = [
     ("CYCLES", "Cycles", "Rendered by Cycles. It is another renderer: differences between the two count as errors, too", 1),
     ("FILE", "File", "An EXR image of the same size", 2),
 ]
-MEASURES = [
-    ("mape_display", "MAPE (Display)", "Mean relative error of square roots of what a screen can show: the measure of the slides", 0),
-    ("mape", "MAPE", "Mean of |I - R| / (R + 0.01)", 1),
-    ("relmse", "relMSE", "Mean of (I - R)² / (R² + 0.01): falls as 1 / samples", 2),
-    ("flip", "FLIP", "The difference that a person sees when flipping between both images, 0 to 1", 3),
-]
+MEASURES = [(*measure, number) for number, measure in enumerate(measures.MEASURES)]
 
 
 CHOSEN: set[str] = set()  # folders that were chosen since Blender started, here and not in a file

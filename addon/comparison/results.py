@@ -1,4 +1,4 @@
-"""What a comparison brings back: rows and images into the file, so that they are there when it is opened again."""
+"""Brings the results of a comparison into the file: rows and images are there when it is opened again."""
 
 from pathlib import Path
 from typing import Any
@@ -6,12 +6,14 @@ from typing import Any
 import bpy
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.measures import NAMES
+from blender_rl_guiding.tables import Cell, Row
 
-MEASURES = ("mape_display", "mape", "relmse", "flip")
+HEADS = ("Method", "Error", "Ratio", "Time")
 
 
 def store(scene: bpy.types.Scene, outcome: dict[str, Any]) -> str:
-    """Take over what the worker tells in `done`, see `handover.handed_over`; returns a line about it."""
+    """Take over the outcome of the job, see `handover.handed_over`; returns a line about it."""
     comparison = scene.rl_guiding_comparison
     comparison.about, comparison.page = outcome["about"], outcome["page"]
     comparison.reference_image = opened(outcome["reference"], f"{scene.name} reference", comparison.reference_image)
@@ -33,11 +35,17 @@ def _store_row(item: bpy.types.PropertyGroup, row: dict[str, Any], scene: str) -
     item.name = row["method"]
     item.image = opened(row["image"], f"{scene} {row['method']}", item.image)
     item.heat = opened(row["heat"], f"{scene} {row['method']} error", item.heat)
-    for measure in MEASURES:
-        setattr(item, measure, row["errors"][measure])
-    for name in ("seeds", "spp", "seconds", "samples_per_second", "learn_share"):
-        setattr(item, name, row[name])
+    numbers = {name: row[name] for name in ("seeds", "spp", "seconds", "samples_per_second", "learn_share")}
+    for name, value in (numbers | {name: row["errors"][name] for name in NAMES}).items():
+        setattr(item, name, value)
     item.equal_time = row["equal_time"] or 0.0
+
+
+def row_of(comparison: bpy.types.PropertyGroup, item: bpy.types.PropertyGroup) -> Row:
+    """A method's cells under `HEADS`; the ratio is to the first method's error."""
+    error, base = getattr(item, comparison.measure), getattr(comparison.results[0], comparison.measure)
+    ratio = f"×{error / base:.2f}" if base else ""
+    return Row(item.name, (Cell(f"{error:.3g}"), Cell(ratio), Cell(f"{item.seconds:.1f} s")))
 
 
 def _resize(items: Any, count: int) -> None:
@@ -65,7 +73,7 @@ def opened(path: str, name: str, image: bpy.types.Image | None = None) -> bpy.ty
 
 
 def clear(comparison: bpy.types.PropertyGroup) -> None:
-    """Let go of results; files stay where they are, and images that something else uses."""
+    """Remove the results and their images, but no files, and no images that something else uses."""
     images = [item.image for item in (*comparison.results, *comparison.pictures)] + [item.heat for item in comparison.results]
     images.append(comparison.reference_image)
     comparison.results.clear()

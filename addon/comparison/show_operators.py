@@ -15,7 +15,7 @@ from .operators import all_folders_of, show
 
 
 def images_of(comparison: bpy.types.PropertyGroup, kind: str = "IMAGES") -> dict[str, bpy.types.Image]:
-    """What can be looked at, by name: the reference and each method's image, or their error maps, or the report's pictures."""
+    """Images by name: the reference and each method's image, or their error maps, or the report's pictures."""
     if kind == "ERRORS":
         found = {f"{item.name} error": item.heat for item in comparison.results}
     elif kind == "PICTURES":
@@ -101,7 +101,7 @@ class RLG_OT_open_report(_Look):
         comparison = context.scene.rl_guiding_comparison
         page = Path(bpy.path.abspath(comparison.page))
         inside = Path(os.path.realpath(page)).is_relative_to(os.path.realpath(all_folders_of(comparison)))
-        if page.name != "report.html" or not inside:  # which a browser would open, or run
+        if page.name != "report.html" or not inside:  # a stranger's .blend may name any file to open or run
             raise InputError(f"{page} is no report in the folder of the comparison: compare again to have one made")
         if not page.is_file():
             raise InputError(f"the report is not at {page} any more: compare again to have it made")

@@ -13,7 +13,7 @@ _LOOK = 0.05  # seconds; Blender changes workspaces between events
 
 
 def show(window: bpy.types.Window, images: Sequence[bpy.types.Image]) -> None:
-    """Go to the workspace, which is made if it is not there, and show the images in it.
+    """Go to the workspace, making it if need be, and show the images in it.
 
     Deleting the workspace removes all of this again.
     """
@@ -29,9 +29,9 @@ def show(window: bpy.types.Window, images: Sequence[bpy.types.Image]) -> None:
 
 
 def _fill(window: bpy.types.Window, names: Sequence[str]) -> float | None:
-    """Bring the workspace, once it is there, one step nearer to an editor for each image, or show the images.
+    """Bring the workspace one step nearer to an editor for each image; in the last step show the images.
 
-    Steps, because new areas have no size before Blender has drawn them. Gives the seconds until the next.
+    Steps, because new areas have no size before Blender has drawn them. Returns the seconds until the next, None after the last.
     """
     if window.workspace.name != NAME:
         return _LOOK
@@ -66,7 +66,7 @@ def _halve(window: bpy.types.Window, area: bpy.types.Area) -> bool:
 
 
 def _join(window: bpy.types.Window, editors: Sequence[bpy.types.Area]) -> bool:
-    """Make one of two editors that have a whole side in common, so that no other kind of editor grows; False if there are none."""
+    """Join two editors that have a whole side in common, so that no other kind of editor grows; False if there are none."""
     for one, other in combinations(reversed(editors), 2):
         if _share_a_side(one, other):
             source, target = ((area.x + area.width // 2, area.y + area.height // 2) for area in (other, one))

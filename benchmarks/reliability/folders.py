@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from blender_rl_guiding import report
 from blender_rl_guiding.experiments.runner import Experiment, run
 from blender_rl_guiding.report import handover
-from blender_rl_guiding.report import writing as report
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.settings import DQN, Machine, QTable, Render
 

@@ -191,7 +191,7 @@ def _report(options: argparse.Namespace) -> None:
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
     """Write the reports and print their summaries. InputError in the end on all that they lack: runs that failed, and what is damaged."""
-    from ..report import writing as report
+    from .. import report
 
     lacking = [f"{failed} of the runs failed, as told above; the same command tries them again"] * (failed > 0)
     damaged: list[str] = []

@@ -142,10 +142,10 @@ def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
 
 def compare(job: messages.Compare, events: Events) -> None:
     """See `messages.Compare`. `done` tells what `handover.handed_over` does, and how many runs failed."""
+    from .. import report
     from ..experiments.references import Given
     from ..experiments.runner import Experiment, run
     from ..report import handover
-    from ..report import writing as report
     from ..scene.bundle import load
 
     folder, asked = Path(job.out), job.reference

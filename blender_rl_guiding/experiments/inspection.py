@@ -13,7 +13,7 @@ from ..images import png
 from ..render import Result
 from ..render.beforehand import forewarn
 from ..report import discs
-from ..report.disc_figure import Disc, Group, figure
+from ..report.discs import Disc, Group, figure
 from ..scene.data import SceneData
 from ..settings import Guide as GuideSettings
 from ..settings import Machine, Render

@@ -10,7 +10,7 @@ from ..guiding.patches import hemisphere
 from ..notices import tell
 from ..render import render
 from ..render.checkpoint import program
-from ..report import sealed
+from ..report.result_file import load_sealed, write_sealed
 from ..scene.data import SceneData
 from ..scene.description import Camera, Film
 from ..settings import Machine, Render
@@ -82,7 +82,7 @@ def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int,
     right, up = frame(scene, point)
     position = scene.origin.astype(np.float64) + point.position
     values = about | {"position": position.tolist(), "normal": point.normal.tolist(), "right": right, "up": up}
-    sealed.write(path, values | {"radiance": rounded(arriving(scene, point, max_bounces, machine))})
+    write_sealed(path, values | {"radiance": rounded(arriving(scene, point, max_bounces, machine))})
     return point
 
 
@@ -98,7 +98,7 @@ def _read(path: Path) -> _File | None:
     if not path.exists():
         return None
     try:
-        return sealed.load(_File, path, "a probe")
+        return load_sealed(_File, path, "a probe")
     except InputError as error:
         tell(f"{error}; it is measured again")
         return None

@@ -15,7 +15,7 @@ from PIL import Image
 from ..errors import InputError, atomic
 from ..memory import available, in_words
 
-_CHANNELS = {"Normal": "XYZ", "Position": "XYZ", "Depth": "Z", "Sample Count": "X"}  # of passes that are not colours
+_CHANNELS = {"Normal": "XYZ", "Position": "XYZ", "Depth": "Z", "Sample Count": "X"}  # of passes without colours
 
 
 def write_exr(path: Path, image: np.ndarray, header: Mapping[str, str]) -> None:
@@ -37,7 +37,7 @@ def _write(path: Path, channels: Mapping[str, np.ndarray], header: Mapping[str, 
     attributes = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
     pixels = {name: np.ascontiguousarray(array, np.float32) for name, array in channels.items()}
     with atomic(path) as part:
-        part.touch()  # a place that cannot be written is told by the system's own reason; OpenEXR's says nothing
+        part.touch()  # where this fails the system gives a reason; OpenEXR gives none
         try:
             with _quiet(), OpenEXR.File(attributes, pixels) as file:
                 file.write(str(part))
@@ -70,7 +70,7 @@ def sha256(image: np.ndarray) -> str:
 
 
 def read_own(path: Path) -> tuple[np.ndarray, dict[str, str]]:
-    """As `read_exr`, of a file with the attribute "sha256", by which its writer says what its pixels are. InputError where they are not."""
+    """`read_exr`, of a file whose attribute "sha256" is the checksum of its pixels. InputError where it is not."""
     image, header = read_exr(path)
     if header.get("sha256") != sha256(image):
         raise InputError(f"{path}: the pixels are not those that were written")
@@ -78,7 +78,7 @@ def read_own(path: Path) -> tuple[np.ndarray, dict[str, str]]:
 
 
 def _check_memory(path: Path) -> None:
-    """InputError where all channels and the image do not fit into memory, at 32 bits."""
+    """InputError where all channels and the image, at 32 bits, do not fit into memory."""
     taken = 0
     with _quiet(), OpenEXR.File(str(path), header_only=True) as file:
         for part in file.parts:

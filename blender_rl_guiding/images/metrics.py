@@ -1,11 +1,12 @@
-"""How far an image is from its reference: four numbers, and the maps that show where. I: image, R: reference, (H, W, 3) linear RGB."""
+"""The error of an image: four measures, and maps of two. I: image, R: reference, (H, W, 3) linear RGB."""
 
 import numpy as np
 from flip_evaluator import evaluate
 
 from ..errors import InputError
+from ..measures import NAMES
 
-LARGEST = 1e30  # as large as an error or a radiance is told to be: `result_file` reads no larger ones, as they have to be summed up
+LARGEST = 1e30  # error or radiance; `result_file` reads no larger one, so that all can be summed up
 
 
 def mape_display(image: np.ndarray, reference: np.ndarray) -> float:
@@ -35,7 +36,7 @@ def relmse(image: np.ndarray, reference: np.ndarray) -> float:
 
 
 def _told(errors: np.ndarray) -> float:
-    """Their mean; not below 0 either, where a reference that is given has pixels that are."""
+    """Their mean within 0..`LARGEST`; it would be below 0 where a given reference has pixels below 0."""
     return float(errors.mean().clip(0.0, LARGEST))
 
 
@@ -65,7 +66,8 @@ def compare(image: np.ndarray, reference: np.ndarray) -> dict[str, float]:
         if len(bad):
             y, x = bad[0]
             raise InputError(f"the {name} has {len(bad)} pixels that are not finite numbers; the first is row {y}, column {x}")
-    return {measure.__name__: measure(image, reference) for measure in (mape_display, mape, relmse, flip)}
+    functions = (mape_display, mape, relmse, flip)
+    return {name: function(image, reference) for name, function in zip(NAMES, functions, strict=True)}
 
 
 def _size(image: np.ndarray) -> str:

@@ -1,32 +1,25 @@
 """Line charts as inline SVG that takes its colours from the page."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import NamedTuple
 
-LARGEST = 1e30  # that has a place in a chart; the smallest on a logarithmic axis is 1 / LARGEST
-NARROWEST = 1e-9  # of the largest value: what an axis has to span, or its ticks could not be told apart
+LARGEST = 1e30  # value in a chart; the smallest on a logarithmic axis is 1 / LARGEST
+NARROWEST = 1e-9  # span of an axis over its largest value; below, ticks could not be told apart
+Points = Sequence[tuple[float, float]]
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 680, 340, 70, 16, 34, 56
 
 
-class Line(NamedTuple):
-    """One polyline; `colour` is a CSS colour."""
-
-    name: str
-    colour: str
-    points: Sequence[tuple[float, float]]
-
-
 class Axis(NamedTuple):
-    """The numbers along one side of a chart; from `low` to `high`, which are exponents of ten where it is logarithmic."""
+    """The numbers along one side of a chart, from `low` to `high`; on a logarithmic axis these are exponents of ten."""
 
     log: bool
     low: float
     high: float
 
     def along(self, value: float) -> float:
-        """Where a value is, 0..1."""
+        """The place of a value, 0..1."""
         return ((math.log10(value) if self.log else value) - self.low) / (self.high - self.low)
 
     @property
@@ -45,7 +38,7 @@ class Axis(NamedTuple):
 
 
 def axis(values: Sequence[float], log: bool) -> Axis:
-    """An axis that holds the values, of which there is at least one, with a little room."""
+    """An axis that holds all values, at least one, with a little room."""
     low, high = (math.log10(v) if log else v for v in (min(values), max(values)))
     size = 1.0 if log else max(abs(low), abs(high))
     alike = high - low <= max(NARROWEST * size, 1 / LARGEST)
@@ -55,13 +48,30 @@ def axis(values: Sequence[float], log: bool) -> Axis:
     return Axis(log, low - room, high + room)
 
 
+class Plot(NamedTuple):
+    """Lines over common axes, as the page and the figures for papers draw them."""
+
+    name: str  # as part of a file's
+    x_label: str
+    y_label: str
+    log_x: bool
+    log_y: bool
+    lines: Sequence[tuple[str, Points]]  # by method; none is empty, and all points are `drawable`
+
+    @property
+    def axes(self) -> tuple[Axis, Axis]:
+        """The horizontal and the vertical axis."""
+        points = [point for _, line in self.lines for point in line]
+        return axis([x for x, _ in points], self.log_x), axis([y for _, y in points], self.log_y)
+
+
 def _round_step(step: float) -> float:
     """1, 2 or 5 times a power of ten, at least `step`."""
     decade = 10.0 ** math.floor(math.log10(step))
     return next(k * decade for k in (1, 2, 5, 10) if k * decade >= step * 0.999)
 
 
-def drawable(points: Sequence[tuple[float, float]], log_x: bool, log_y: bool) -> list[tuple[float, float]]:
+def drawable(points: Points, log_x: bool, log_y: bool) -> list[tuple[float, float]]:
     """The points that have a place in a chart."""
 
     def has_place(value: float, log: bool) -> bool:
@@ -70,16 +80,15 @@ def drawable(points: Sequence[tuple[float, float]], log_x: bool, log_y: bool) ->
     return [(x, y) for x, y in points if has_place(x, log_x) and has_place(y, log_y)]
 
 
-def chart(lines: Sequence[Line], x_label: str, y_label: str, *, log_x: bool = False, log_y: bool = False) -> str:
-    """The lines over a grid. There is at least one, and all their points are `drawable`."""
-    xs, ys = ([point[k] for line in lines for point in line.points] for k in (0, 1))
-    x_axis, y_axis = axis(xs, log_x), axis(ys, log_y)
-    strokes = "".join(_stroke(line, [_place(x_axis, y_axis, *point) for point in line.points]) for line in lines)
-    names = escape(f"{y_label} against {x_label}")
+def chart(plot: Plot, colour: Callable[[str], str]) -> str:
+    """The lines over a grid; `colour` is the CSS colour of a method."""
+    axes = plot.axes
+    strokes = "".join(_stroke(name, colour(name), [_place(*axes, *point) for point in points]) for name, points in plot.lines)
+    names = escape(f"{plot.y_label} against {plot.x_label}")
     return (
-        f'<svg class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{names}">{_grid(x_axis, y_axis)}{strokes}'
-        f'<text x="0" y="18">{escape(y_label)}</text>'
-        f'<text x="{WIDTH - RIGHT}" y="{HEIGHT - 6}" text-anchor="end">{escape(x_label)}</text></svg>'
+        f'<svg class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{names}">{_grid(*axes)}{strokes}'
+        f'<text x="0" y="18">{escape(plot.y_label)}</text>'
+        f'<text x="{WIDTH - RIGHT}" y="{HEIGHT - 6}" text-anchor="end">{escape(plot.x_label)}</text></svg>'
     )
 
 
@@ -101,6 +110,6 @@ def _grid(x_axis: Axis, y_axis: Axis) -> str:
     return "".join(parts)
 
 
-def _stroke(line: Line, points: Sequence[tuple[float, float]]) -> str:
+def _stroke(name: str, colour: str, points: Points) -> str:
     path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
-    return f'<polyline points="{path}" style="stroke:{escape(line.colour)}"><title>{escape(line.name)}</title></polyline>'
+    return f'<polyline points="{path}" style="stroke:{escape(colour)}"><title>{escape(name)}</title></polyline>'

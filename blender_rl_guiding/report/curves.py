@@ -1,25 +1,13 @@
-"""What runs recorded on their way, as lines: means over the seeds of a method."""
+"""Errors and losses over the course of a render, as lines: means over the seeds of a method."""
 
+import math
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
-from .charts import drawable
+from .charts import Plot, Points, drawable
 from .results import Results, Run, Summary
 
-Points = list[tuple[float, float]]
 MOST_POINTS = 50  # in a line of losses: each is the mean of some training steps, or the noise hides the line
-
-
-class Plot(NamedTuple):
-    """One chart, as the page and the figures for papers draw it."""
-
-    name: str  # as part of a file's
-    x_label: str
-    y_label: str
-    log_x: bool
-    log_y: bool
-    lines: list[tuple[str, Points]]  # by method; none is empty
 
 
 def plots(results: Results, scene: str) -> list[Plot]:
@@ -30,8 +18,8 @@ def plots(results: Results, scene: str) -> list[Plot]:
 def error_plots(results: Results, scene: str) -> list[Plot]:
     """mape_display over samples as the slides have it, and relMSE over time; empty where no run recorded them."""
     found = results.summaries(scene)
-    by_samples = _lines(found, lambda summary: over_samples(summary, "mape_display"))
-    by_time = _lines(found, lambda summary: over_seconds(summary, "relmse"))
+    by_samples = [(summary.method, over(summary, "samples", "mape_display")) for summary in found]
+    by_time = [(summary.method, over(summary, "seconds", "relmse")) for summary in found]
     return _drawable(
         Plot("mape", "samples per pixel", "mape_display", False, True, by_samples),
         Plot("relmse-time", "seconds, learning included", "relmse", True, True, by_time),
@@ -40,60 +28,45 @@ def error_plots(results: Results, scene: str) -> list[Plot]:
 
 def loss_plots(results: Results, scene: str) -> list[Plot]:
     """Losses over training steps, a plot for each kind of loss; empty where nothing learnt."""
-    return _drawable(
-        *(
-            Plot("-".join(["loss", *unit.removeprefix("loss of ").split()]), "training steps", unit, False, False, _lines(found, losses))
-            for unit, found in by_loss(results, scene).items()
-        )
-    )
+    plots = []
+    for unit, found in by_loss(results, scene).items():
+        name, lines = "-".join(["loss", *unit.removeprefix("loss of ").split()]), [(summary.method, losses(summary)) for summary in found]
+        plots.append(Plot(name, "training steps", unit, False, False, lines))
+    return _drawable(*plots)
 
 
 def _drawable(*plots: Plot) -> list[Plot]:
-    """The plots with the points that have a place. Lines without such points are left out, and plots without such lines."""
-    found = [
-        plot._replace(lines=[(method, points) for method, line in plot.lines if (points := drawable(line, plot.log_x, plot.log_y))])
-        for plot in plots
-    ]
+    """The plots without points that have no place, without empty lines and empty plots."""
+    found = []
+    for plot in plots:
+        lines = [(method, drawable(line, plot.log_x, plot.log_y)) for method, line in plot.lines]
+        found.append(plot._replace(lines=[(method, line) for method, line in lines if line]))
     return [plot for plot in found if plot.lines]
 
 
-def _lines(found: Iterable[Summary], points: Callable[[Summary], Points]) -> list[tuple[str, Points]]:
-    return [(summary.method, points(summary)) for summary in found]
-
-
-def over_samples(summary: Summary, measure: str) -> Points:
-    """(samples per pixel, error), at the samples that every seed was judged at."""
-    return [(samples, error) for samples, _, error in _judged(summary, measure)]
-
-
-def over_seconds(summary: Summary, measure: str) -> Points:
-    """(seconds of rendering and learning, error), at the samples that every seed was judged at."""
-    return [(seconds, error) for _, seconds, error in _judged(summary, measure)]
-
-
-def _judged(summary: Summary, measure: str) -> Iterator[tuple[float, float, float]]:
-    """(samples, mean seconds, mean error)."""
+def over(summary: Summary, x: str, measure: str) -> Points:
+    """Errors over the means of x, "samples" per pixel or "seconds" of rendering and learning, where every seed has an error."""
     entries = [{entry["samples"]: entry for entry in run.curve if measure in entry} for run in summary.runs]
-    for samples in sorted(set.intersection(*map(set, entries))):
-        at = [seed[samples] for seed in entries]
-        yield samples, statistics.fmean(entry["seconds"] for entry in at), statistics.fmean(entry[measure] for entry in at)
+    common = sorted(set.intersection(*map(set, entries)))
+    mean = statistics.fmean
+    return [(mean(seed[at][x] for seed in entries), mean(seed[at][measure] for seed in entries)) for at in common]
 
 
 def losses(summary: Summary) -> Points:
-    """(training steps, mean loss of a few steps), as long as every seed learnt."""
+    """(training steps, mean loss of a few steps), up to the end of the shortest seed."""
     means = [_mean(step) for step in zip(*(run.losses for run in summary.runs), strict=False)]
-    stride = -(-len(means) // MOST_POINTS) or 1
+    stride = max(1, math.ceil(len(means) / MOST_POINTS))
     starts = range(0, len(means), stride)
     return [(min(start + stride, len(means)), _mean(means[start : start + stride])) for start in starts]
 
 
 def _mean(values: Sequence[float]) -> float:
-    """The mean of whatever a loss may be: `fmean` refuses what is not finite."""
+    """The mean of losses, which may be infinite: `fmean` refuses those."""
     return sum(values) / len(values)
 
 
 def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
-    """The methods that learnt, grouped by what their loss measures: only losses of one kind can be compared."""
+    """The methods that learnt, by the kind of their loss: only losses of one kind can be compared."""
     groups: dict[str, list[Summary]] = {}
     for summary in results.summaries(scene):
         if all(run.losses for run in summary.runs):
@@ -102,7 +75,7 @@ def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
 
 
 def _unit(run: Run) -> str:
-    """What a loss measures. With NEE what is learnt is less: the lights are left out."""
+    """The kind of a run's loss. With NEE a guide learns less: all but the lights."""
     guide = run.settings.get("guide", {})
     error = f"{guide['error']} error" if "error" in guide else f"loss of {guide.get('kind', run.method)}"
-    return error + " with NEE" * bool(run.settings.get("nee"))
+    return f"{error} with NEE" if run.nee else error

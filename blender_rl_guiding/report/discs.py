@@ -6,20 +6,28 @@ radius sqrt(1 - cos(theta)) (Lambert's azimuthal projection).
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.figure import Figure
 
 from .charts import Axis
 from .pictures import COLOURS
 
-DARKEST = 1e-30  # that is told from nothing
-DECADES = 4.0  # of a scale, at most: what is darker is black
+DARKEST = 1e-30  # radiance; less is nothing
+DECADES = 4.0  # of a scale, at most; what is darker is black
 SMOOTH = 3  # points along each side of a pixel
 _LABELS = 5  # below a bar of colours, at most
+PIXELS = 480  # of a disc, along each side
+_GAP, _TITLE, _BAR, _NOTE = 0.12, 0.4, 0.52, 0.26  # inches: between discs, above them, below them, at the bottom
+_LETTER = 0.05  # inches, of the line at the bottom, about
 
 
 def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
-    """A logarithmic scale for all: up to the brightest patch, down to all but the darkest hundredth, or by `DECADES`."""
+    """A logarithmic scale for all: up to the brightest patch, and down to the darkest hundredth or by `DECADES`."""
     values = np.concatenate([np.ravel(h) for h in hemispheres])
     positive = values[values > DARKEST]
     if not len(positive):
@@ -31,7 +39,7 @@ def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
 def labels(axis: Axis) -> list[float]:
     """The axis' ticks, thinned out until there is room for them."""
     ticks = axis.ticks()
-    return ticks[:: -(-len(ticks) // _LABELS)]
+    return ticks[:: math.ceil(len(ticks) / _LABELS)]
 
 
 def picture(values: np.ndarray, axis: Axis, size: int) -> np.ndarray:
@@ -52,12 +60,12 @@ def _colours(values: np.ndarray, axis: Axis) -> np.ndarray:
 
 
 def averaged(fine: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """The means of a hemisphere over other patches, (rows, columns); a patch that a border cuts counts to both sides by its share."""
+    """The means of a hemisphere over (rows, columns) other patches; a fine patch counts in each coarse one by its share."""
     return _shares(rows, fine.shape[0]) @ fine @ _shares(columns, fine.shape[1]).T
 
 
 def _shares(coarse: int, fine: int) -> np.ndarray:
-    """How much of each of `coarse` equal intervals each of `fine` ones fills, (coarse, fine)."""
+    """The share of each of `coarse` equal intervals that each of `fine` ones fills, (coarse, fine)."""
     ends = np.arange(coarse)[:, None] / coarse, np.arange(fine)[None, :] / fine
     overlap = np.minimum(ends[0] + 1 / coarse, ends[1] + 1 / fine) - np.maximum(*ends)
     return overlap.clip(0) * coarse
@@ -71,7 +79,7 @@ def relative_error(q: np.ndarray, truth: np.ndarray) -> float:
 
 
 def verdict(q: np.ndarray, truth: np.ndarray, nee: bool) -> str:
-    """How far off Q is; with next-event estimation (NEE) it is not meant to be the truth."""
+    """How far off Q is. With next-event estimation (NEE) it should not be the truth: Q leaves the lights out."""
     return "what NEE leaves" if nee else f"off by {100 * relative_error(q, truth):.0f}\N{NO-BREAK SPACE}%"
 
 
@@ -79,10 +87,57 @@ def direction(vector: Sequence[float]) -> str:
     """A unit vector of the world by its axis, "+x", or as numbers."""
     nearest = int(np.argmax(np.abs(vector)))
     if abs(vector[nearest]) > 0.9999:
-        return f"{'-+'[vector[nearest] > 0]}{'xyz'[nearest]}"
+        return f"{'+' if vector[nearest] > 0 else '-'}{'xyz'[nearest]}"
     return f"({', '.join(f'{component:.2f}' for component in vector)})"
 
 
 def caption(scene: str, pixel: Sequence[int], right: Sequence[float], up: Sequence[float]) -> str:
-    """Where a hemisphere is and how it is turned, in a line."""
+    """The place of a hemisphere and its directions, in a line."""
     return f"{scene}, pixel ({pixel[0]}, {pixel[1]}); seen along the normal, right is {direction(right)}, up is {direction(up)}"
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+class Disc(NamedTuple):
+    """A hemisphere (rows, columns) and what stands above it, in one line or two."""
+
+    title: str
+    values: np.ndarray
+
+
+class Group(NamedTuple):
+    """Discs of one scale."""
+
+    discs: Sequence[Disc]
+    axis: Axis
+    label: str
+
+
+def figure(groups: Sequence[Group], note: str, side: float) -> Figure:
+    """All groups beside each other, with discs `side` inches wide, and a line below them."""
+    cell, height = side + _GAP, _TITLE + side + _BAR + _NOTE
+    row = cell * sum(len(group.discs) for group in groups)
+    width = max(row, _LETTER * len(note))
+    drawn, left = Figure((width, height)), (width - row + _GAP) / 2
+    for group in groups:
+        for k, disc in enumerate(group.discs):
+            place = drawn.add_axes(((left + k * cell) / width, (_NOTE + _BAR) / height, side / width, side / height))
+            place.imshow(picture(disc.values, group.axis, PIXELS))
+            place.set_title(disc.title, fontsize=8, pad=4, parse_math=False)
+            place.axis("off")
+        middle, long = left + (len(group.discs) * cell - _GAP) / 2, min(2.4, 0.9 * side * len(group.discs))
+        _bar(drawn, group, ((middle - long / 2) / width, (_NOTE + _BAR - 0.18) / height, long / width, 0.09 / height))
+        left += len(group.discs) * cell
+    drawn.text(0.5, 0.07 / height, note, ha="center", fontsize=6.5, color="#676d76", parse_math=False)
+    return drawn
+
+
+def _bar(drawn: Figure, group: Group, place: tuple[float, float, float, float]) -> None:
+    colours = ScalarMappable(LogNorm(*group.axis.ends), ListedColormap(COLOURS / 255))
+    bar = Colorbar(drawn.add_axes(place), colours, orientation="horizontal", ticks=labels(group.axis))
+    bar.minorticks_off()
+    bar.ax.set_xticklabels([f"{value:.4g}" for value in labels(group.axis)])
+    bar.ax.tick_params(labelsize=6.5, length=2, pad=2)
+    bar.outline.set_visible(False)  # type: ignore[operator]  # a spine
+    bar.set_label(group.label, fontsize=7, labelpad=1)

@@ -1,5 +1,6 @@
 """Figures for papers as PDF and PNG: error curves, losses, rows of images and of hemispheres, on white and in print sizes."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -7,16 +8,14 @@ from matplotlib.figure import Figure
 
 from ..errors import atomic, check_inside
 from ..images import to_display
-from . import curves, discs, page_images, page_probe
-from .charts import Line, axis
-from .disc_figure import Disc, Group
-from .disc_figure import figure as disc_figure
-from .palette import LIGHT
-from .results import Results, Run, Truth
+from . import curves, discs
+from .charts import Plot
+from .pictures import LIGHT
+from .results import Pictures, Results, Run, Truth
 
 WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
 NAMES_ABREAST = 3  # in a legend
-TALLEST = 4  # times as high as wide, of an image; or as wide as high. What is beyond is stretched
+TALLEST = 4  # height over width of an image, or width over height; beyond, it is stretched
 
 
 def write(results: Results) -> None:
@@ -31,27 +30,27 @@ def write(results: Results) -> None:
 
 
 def _of_scene(results: Results, scene: str) -> Iterator[tuple[str, Figure]]:
-    """Each figure with its name. None is empty."""
+    """Each figure with its name; no figure is empty."""
     if not results.summaries(scene):
         return
-    if scene in results.pictured:
-        yield "images", _images(results, scene)
-    if known := page_probe.found(results, scene):
+    if pictures := results.pictures.get(scene):
+        yield "images", _images(pictures)
+    if known := results.learnt(scene):
         yield "learnt", _learnt(scene, *known)
     for plot in curves.plots(results, scene):
-        lines = [Line(method, LIGHT[results.methods.index(method) % len(LIGHT)], points) for method, points in plot.lines]
-        yield plot.name, _chart(lines, plot)
+        yield plot.name, _chart(results, plot)
 
 
-def _chart(lines: Sequence[Line], plot: curves.Plot) -> Figure:
+def _chart(results: Results, plot: Plot) -> Figure:
     """The lines on the same axes as in the page, their names above."""
-    legend_height = 0.13 * -(-len(lines) // NAMES_ABREAST) + 0.05
+    legend_height = 0.13 * math.ceil(len(plot.lines) / NAMES_ABREAST) + 0.05
     figure = Figure((WIDTH, HEIGHT + legend_height))
     axes = figure.add_subplot(xscale="log" if plot.log_x else "linear", yscale="log" if plot.log_y else "linear")
     figure.subplots_adjust(left=0.17, right=0.98, bottom=0.4 / (HEIGHT + legend_height), top=HEIGHT / (HEIGHT + legend_height))
-    for line in lines:
-        axes.plot(*zip(*line.points, strict=True), color=line.colour, label=line.name, linewidth=1.3)
-    x_axis, y_axis = (axis([point[k] for line in lines for point in line.points], log) for k, log in ((0, plot.log_x), (1, plot.log_y)))
+    for method, points in plot.lines:
+        colour = LIGHT[results.methods.index(method) % len(LIGHT)]
+        axes.plot(*zip(*points, strict=True), color=colour, label=method, linewidth=1.3)
+    x_axis, y_axis = plot.axes
     axes.set(xlim=x_axis.ends, ylim=y_axis.ends)
     axes.set_xticks(x_axis.ticks(), [f"{x:.4g}" for x in x_axis.ticks()])
     axes.set_yticks(y_axis.ticks(), [f"{y:.4g}" for y in y_axis.ticks()])
@@ -67,9 +66,9 @@ def _chart(lines: Sequence[Line], plot: curves.Plot) -> Figure:
     return figure
 
 
-def _images(results: Results, scene: str) -> Figure:
+def _images(pictures: Pictures) -> Figure:
     """Reference and methods in a row, each with its mape_display."""
-    reference, shots = page_images.load(results, scene)
+    reference, shots = pictures
     titled = [("reference", reference), *((f"{run.method}\n{run.metrics['mape_display']:.4f}", image) for run, image in shots)]
     side, title_height = 1.5, 0.36  # inches
     shape = reference.shape[0] / reference.shape[1]
@@ -86,7 +85,7 @@ def _images(results: Results, scene: str) -> Figure:
 
 def _learnt(scene: str, truth: Truth, learnt: Sequence[tuple[Run, np.ndarray]]) -> Figure:
     """The radiance that arrives at a point and each method's Q of it."""
-    shown = [Disc("truth\n", truth.radiance)]
-    shown += [Disc(f"{run.method}\n{page_probe.verdict(run, q, truth)}", q) for run, q in learnt]
-    group = Group(shown, discs.scale([disc.values for disc in shown]), "radiance that arrives")
-    return disc_figure([group], discs.caption(scene, truth.pixel, truth.right, truth.up), 1.5)
+    shown = [discs.Disc("truth\n", truth.hemisphere)]
+    shown += [discs.Disc(f"{run.method}\n{discs.verdict(q, truth.hemisphere, run.nee)}", q) for run, q in learnt]
+    group = discs.Group(shown, discs.scale([disc.values for disc in shown]), "radiance that arrives")
+    return discs.figure([group], discs.caption(scene, truth.pixel, truth.right, truth.up), 1.5)

@@ -1,4 +1,4 @@
-"""Reads an experiment's folder, which anyone may have made. Damaged runs are listed and left out; the others make the report."""
+"""Reads an experiment's folder. A stranger may have made it: damaged runs are listed and left out, the others make the report."""
 
 import hashlib
 import os
@@ -14,12 +14,13 @@ import numpy as np
 from .. import typed
 from ..errors import InputError, check_inside
 from ..images import read_exr
+from ..measures import NAMES
 from ..settings import MOST_METHODS, MOST_RUNS, recorded
 from ..strings import OldName, fault_of_name, printable
 from ..typed import Range
 from . import result_file
-from .result_file import Count, Error, Number, Patches
-from .results import MEASURES, Learnt, Results, Run, Truth
+from .result_file import Count, Error, Record, load_sealed
+from .results import Pictures, Results, Run, Truth
 
 SHORTEST = 1e-9  # seconds of a run: rates are per second
 _T = TypeVar("_T")
@@ -31,7 +32,7 @@ def _no_word(text: str) -> str:
     return fault_of_name(text) or ("is too long" if len(text) > 40 else "")
 
 
-_Word = Annotated[str, _no_word]  # that names of figures have in them
+_Word = Annotated[str, _no_word]  # becomes a part of a figure's name
 
 
 @dataclass(frozen=True)
@@ -61,33 +62,20 @@ class _Guide:
 
 @dataclass(frozen=True)
 class _Settings:
-    """The settings of a run that the report goes by. It only shows the others."""
+    """The settings that decide how a run is reported. The others are only shown."""
 
     guide: _Guide
     nee: bool = False
 
 
-@dataclass(frozen=True)
-class _Probe:
-    """probe.json."""
-
-    pixel: tuple[int, int]
-    position: tuple[Number, Number, Number]
-    right: tuple[Number, Number, Number]
-    up: tuple[Number, Number, Number]
-    patches: tuple[Patches, Patches]
-    radiance: tuple[Error, ...]
-    spp: Count
-
-
 def load(folder: Path) -> Results:
     """Read an experiment's folder.
 
-    Runs without result.json were not finished and are listed as missing. What is damaged or of another run is listed, too, and left out.
+    Runs without result.json are listed as missing. Files that are damaged or of another run are listed as damaged, and left out.
     InputError where experiment.json is damaged, or if no run is left.
     """
     plan = _plan(folder / "experiment.json")
-    # By the plan and not by what lies there: the folder may hold runs of an earlier, larger experiment.
+    # The plan decides: the folder may also hold runs of an earlier, larger experiment.
     places = [(scene, method, seed) for scene in plan.scenes for method in plan.methods for seed in sorted(plan.seeds)]
     runs, missing, damage = list[Run](), [], _Damage(folder)
     for scene, method, seed in places:
@@ -96,18 +84,18 @@ def load(folder: Path) -> Results:
         else:
             missing.append(f"{scene}/{method}/seed-{seed}")
     truths = {scene: truth for scene in plan.scenes for truth in damage.without(_truth, folder, scene)}
-    kept, pictured = list[Run](), set[str]()
+    kept, pictures = list[Run](), dict[str, Pictures]()
     for scene in plan.scenes:
         size, found = _of_one_size([run for run in runs if run.scene == scene], damage)
-        if found and (reference := damage.without(_picture, folder, folder / scene / "reference.exr", size)):
-            height, width, _ = reference[0].shape
-            found = _with_images(folder, found, (width, height), damage)
-            pictured.add(scene)
+        reference = damage.without(_picture, folder, folder / scene / "reference.exr", size) if found else []
+        if reference:
+            found, shots = _with_images(folder, found, reference[0].shape[1::-1], damage)
+            pictures[scene] = Pictures(reference[0], shots)
         kept += found
     if not kept:
         raise InputError(f"{folder}: no run of the experiment is {f'whole: {damage.found[0]}' if damage.found else 'finished'}")
     told = (plan.name, plan.scenes, plan.methods, plan.baseline, plan.command, plan.reference)
-    return Results(folder, *told, tuple(kept), tuple(missing), truths, tuple(damage.found), frozenset(pictured))
+    return Results(folder, *told, tuple(kept), tuple(missing), truths, tuple(damage.found), pictures)
 
 
 class _Damage:
@@ -128,7 +116,7 @@ class _Damage:
 
 
 def _plan(path: Path) -> _Plan:
-    plan = _read(_Plan, path, "an experiment")
+    plan = load_sealed(_Plan, path, "an experiment")
     for what, names in (("scenes", plan.scenes), ("methods", plan.methods), ("seeds", plan.seeds)):
         if len(set(names)) < len(names):
             raise InputError(f"{path}: not an experiment, or damaged ({statistics.mode(names)!r} stands in {what} twice)")
@@ -149,35 +137,23 @@ def _run(folder: Path, scene: str, method: str, seed: int) -> Run:
     if (record.scene, record.method, record.seed) != (scene, method, seed):
         raise InputError(f"{path} is of another run: {typed.shown(f'{record.scene}/{record.method}/seed-{record.seed}')}")
     try:
-        _check_curve(record.curve)
-        typed.read(_Settings, record.settings, "settings", loose=True)
-        metrics = typed.read(dict[str, Error], record.metrics, "metrics")
-        metrics = {name: metrics[name] for name in MEASURES}
-    except KeyError as error:
-        raise InputError(f"{path}: not a result, or damaged (metrics lacks {error})") from error
+        metrics = _metrics(record)
     except typed.MalformedError as error:
         raise InputError(f"{path}: not a result, or damaged ({error})") from error
+    return Run(**(vars(record) | {"folder": place, "metrics": metrics, "settings": recorded(record.settings)}))
+
+
+def _metrics(record: Record) -> dict[str, float]:
+    """The errors of a run. MalformedError if it cannot be reported."""
+    _check_curve(record.curve)
+    typed.read(_Settings, record.settings, "settings", loose=True)
+    metrics = typed.read(dict[str, Error], record.metrics, "metrics")
+    for name in NAMES:
+        if name not in metrics:
+            raise typed.MalformedError(f"metrics lacks {name!r}")
     if record.seconds < SHORTEST:
-        raise InputError(f"{path}: not a result, or damaged (seconds is {record.seconds})")
-    return Run(
-        folder=place,
-        scene=scene,
-        method=method,
-        seed=record.seed,
-        spp=record.spp,
-        seconds=record.seconds,
-        learn_seconds=record.learn_seconds,
-        rays=record.rays,
-        metrics=metrics,
-        settings=recorded(record.settings),
-        machine=record.machine,
-        versions=record.versions,
-        curve=list(record.curve),
-        losses=list(record.losses),
-        learnt=_learnt(record.probe),
-        resolution=record.resolution,
-        digest=record.images.get("image.exr"),
-    )
+        raise typed.MalformedError(f"seconds is {record.seconds}")
+    return metrics
 
 
 def _check_curve(curve: Sequence[Mapping[str, float]]) -> None:
@@ -190,36 +166,23 @@ def _check_curve(curve: Sequence[Mapping[str, float]]) -> None:
                 raise typed.MalformedError(f"curve[{k}].{name} is {entry[name]}, not within {limits.low} and {limits.high}")
 
 
-def _learnt(q: result_file.Learnt | None) -> Learnt | None:
-    return q and Learnt(q.pixel, np.array(q.q).reshape(q.rows, q.columns))
-
-
 def _truth(folder: Path, scene: str) -> Truth | None:
     path = folder / scene / "probe.json"
     if not os.path.lexists(path):
         return None
     check_inside(folder, path)
-    probe = _read(_Probe, path, "a probe")
-    rows, columns = probe.patches
-    if len(probe.radiance) != rows * columns:
-        raise InputError(f"{path}: not a probe, or damaged (radiance has {len(probe.radiance)} values, not {rows} x {columns})")
-    return Truth(probe.pixel, probe.position, probe.right, probe.up, np.array(probe.radiance).reshape(rows, columns), probe.spp)
-
-
-def _read(kind: type[_T], path: Path, what: str) -> _T:
-    try:
-        return typed.read(kind, typed.load(path), what.split()[-1], loose=True)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except typed.MalformedError as error:
-        raise InputError(f"{path}: not {what}, or damaged ({error})") from error
+    truth = load_sealed(Truth, path, "a probe")
+    rows, columns = truth.patches
+    if len(truth.radiance) != rows * columns:
+        raise InputError(f"{path}: not a probe, or damaged (radiance has {len(truth.radiance)} values, not {rows} x {columns})")
+    return truth
 
 
 # --- pictures --------------------------------------------------------------------------------------------------------
 
 
 def _of_one_size(runs: list[Run], damage: _Damage) -> tuple[tuple[int, int] | None, list[Run]]:
-    """The width and height that most of a scene's runs have, and the runs that fit. Runs of earlier versions may not tell theirs."""
+    """The most common width and height of a scene's runs, and the runs that have it. Runs of earlier versions may not tell theirs."""
     sizes = [run.resolution for run in runs if run.resolution]
     if not sizes:
         return None, runs
@@ -233,25 +196,28 @@ def _fitting(run: Run, size: tuple[int, int]) -> Run:
     return run
 
 
-def _with_images(folder: Path, runs: list[Run], size: tuple[int, int], damage: _Damage) -> list[Run]:
-    """The runs that can be shown. Of each method the first whose image is whole is shown; those before it are left out."""
-    whole, shown = [], set[str]()
+def _with_images(folder: Path, runs: list[Run], size: tuple[int, ...], damage: _Damage) -> tuple[list[Run], list[tuple[Run, np.ndarray]]]:
+    """The runs to report, and the first whole image of each method. Runs before that image's are left out: theirs are damaged."""
+    whole, shots = list[Run](), list[tuple[Run, np.ndarray]]()
     for run in runs:
-        if run.method in shown or damage.without(_image, folder, run, size):
+        if any(run.method == shown.method for shown, _ in shots):
             whole.append(run)
-            shown.add(run.method)
-    return whole
+            continue
+        for image in damage.without(_image, folder, run, size):
+            whole.append(run)
+            shots.append((run, image))
+    return whole, shots
 
 
-def _image(folder: Path, run: Run, size: tuple[int, int]) -> np.ndarray:
+def _image(folder: Path, run: Run, size: tuple[int, ...]) -> np.ndarray:
     path = run.folder / "image.exr"
     image = _picture(folder, path, size)
-    if run.digest and hashlib.sha256(path.read_bytes()).hexdigest() != run.digest:
+    if (digest := run.images.get("image.exr")) and hashlib.sha256(path.read_bytes()).hexdigest() != digest:
         raise InputError(f"{path} is not the image that was written with its result.json")
     return image
 
 
-def _picture(folder: Path, path: Path, size: tuple[int, int] | None) -> np.ndarray:
+def _picture(folder: Path, path: Path, size: tuple[int, ...] | None) -> np.ndarray:
     check_inside(folder, path)
     image, _ = read_exr(path)
     height, width, _ = image.shape
@@ -262,5 +228,5 @@ def _picture(folder: Path, path: Path, size: tuple[int, int] | None) -> np.ndarr
     return image
 
 
-def _pixels(size: tuple[int, int]) -> str:
+def _pixels(size: tuple[int, ...]) -> str:
     return f"{size[0]} x {size[1]} pixels"

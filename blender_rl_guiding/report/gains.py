@@ -1,25 +1,20 @@
-"""What an encoder gains: each method that has one against the same method without."""
+"""The gain of an encoder: each method that has one against the same method without."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
+from ..tables import Cell, Row
+from .numbers import margin, times
 from .results import Estimate, Results, Summary, ratio_of
 
-
-class Gain(NamedTuple):
-    """One method with an encoder on one scene."""
-
-    method: str
-    plain: str  # the method without an encoder
-    ratio: Estimate  # of their mape_display
-    verdict: str
+HEADS = ("", "against", "ratio", "")
 
 
-def gains(results: Results, scene: str) -> list[Gain]:
-    """All that can be told apart from the experiment's own methods."""
+def gains(results: Results, scene: str) -> list[Row]:
+    """A row for each pair of methods that differ in nothing but that one has an encoder and one has none, under `HEADS`."""
     found = results.summaries(scene)
     plain = [(summary, _but_encoder(summary)) for summary in found if _encoder(summary) == "none"]
     return [
-        _gain(summary, other)
+        _row(summary, other)
         for summary in found
         if _encoder(summary) not in (None, "none")
         for other, settings in plain
@@ -32,18 +27,18 @@ def _encoder(summary: Summary) -> str | None:
 
 
 def _but_encoder(summary: Summary) -> dict[str, Any]:
-    """The settings that must agree."""
+    """All settings that must agree."""
     settings = summary.runs[0].settings
     return settings | {"seed": None, "guide": settings["guide"] | {"encoder": None}}
 
 
-def _gain(summary: Summary, plain: Summary) -> Gain:
+def _row(summary: Summary, plain: Summary) -> Row:
     ratio = ratio_of(summary.errors["mape_display"], plain.errors["mape_display"])
-    return Gain(summary.method, plain.method, ratio, _verdict(ratio))
+    return Row(summary.method, (Cell(plain.method), Cell(times(ratio.mean), (margin(ratio),)), Cell(_verdict(ratio))))
 
 
 def _verdict(ratio: Estimate) -> str:
-    """What is sure at 95 %."""
+    """The difference that is sure at 95 %."""
     if ratio.margin is None:
         return "more seeds would tell"
     if (beyond := abs(ratio.mean - 1) - ratio.margin) <= 0:

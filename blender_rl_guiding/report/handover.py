@@ -1,12 +1,13 @@
-"""What a comparison hands over to Blender: numbers as plain data, and pictures as files that Blender opens by itself."""
+"""Hands a comparison over to Blender: numbers as plain data, and pictures as files that Blender opens by itself."""
 
 from collections.abc import Iterator
 from typing import Any
 
 from ..errors import InputError, atomic
-from ..images import metrics, png
-from . import curves, numbers, page_images, page_probe, pictures
-from .results import MEASURES, Results, Summary, ratio
+from ..images import png
+from ..measures import NAMES
+from . import curves, numbers, pictures
+from .results import Results, Summary
 
 
 def handed_over(results: Results) -> dict[str, Any]:
@@ -15,7 +16,7 @@ def handed_over(results: Results) -> dict[str, Any]:
     InputError where there is no reference.
     """
     folder, scene = results.folder, results.scenes[0]
-    if scene not in results.pictured:
+    if scene not in results.pictures:
         raise InputError(f"{folder}: {results.damaged[0]}")
     return {
         "page": str(folder / "report.html"),
@@ -23,20 +24,19 @@ def handed_over(results: Results) -> dict[str, Any]:
         "reference": str(folder / scene / "reference.exr"),
         "methods": list(_methods(results, scene)),
         "pictures": [{"name": name, "path": str(folder / "figures" / f"{file}-{scene}.png")} for file, name in _figures(results, scene)],
-        "missing": list(results.missing),
     }
 
 
 def _methods(results: Results, scene: str) -> Iterator[dict[str, Any]]:
-    """A row for each method with a finished run, the baseline first. It names two files of the first seed: image and error map."""
-    truth, shots = page_images.load(results, scene)
-    maps = [metrics.mape_map(image, truth) for _, image in shots]
+    """A row for each method with a finished run, the baseline first, with two files of its first seed: image and error map."""
+    found = results.pictures[scene]
+    maps = found.error_maps()
     top, base = pictures.scale(maps), results.base(scene)
-    for summary, (run, _), errors in zip(results.summaries(scene), shots, maps, strict=True):
+    for summary, (run, _), errors in zip(results.summaries(scene), found.shots, maps, strict=True):
         heat = run.folder / "error.png"
         with atomic(heat) as part:
             part.write_bytes(png(pictures.heat_map(errors, top)))
-        yield _row(summary, base) | {"image": str(run.folder / "image.exr"), "heat": str(heat), "heat_top": top}
+        yield _row(summary, base) | {"image": str(run.folder / "image.exr"), "heat": str(heat)}
 
 
 def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
@@ -44,9 +44,7 @@ def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
     return {
         "method": summary.method,
         "seeds": len(summary.runs),
-        "errors": {name: summary.errors[name].mean for name in MEASURES},
-        "margins": {name: summary.errors[name].margin for name in MEASURES},
-        "ratios": {name: ratio(summary.errors[name].mean, base.errors[name].mean) for name in MEASURES} if base else {},
+        "errors": {name: summary.errors[name].mean for name in NAMES},
         "equal_time": numbers.equal_time(summary, base) if base else None,
         "spp": max(run.spp for run in summary.runs),
         "seconds": summary.seconds.mean,
@@ -59,5 +57,5 @@ def _figures(results: Results, scene: str) -> Iterator[tuple[str, str]]:
     """Names of the figures that the report has made of a scene: those of the files, and those for people."""
     for plot in curves.plots(results, scene):
         yield plot.name, f"{plot.y_label} over {plot.x_label.partition(',')[0]}"
-    if page_probe.found(results, scene):
+    if results.learnt(scene):
         yield "learnt", "radiance that arrives, and Q"

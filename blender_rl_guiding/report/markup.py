@@ -1,16 +1,47 @@
 """The pieces of HTML that the parts of the page share."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from html import escape
 
-from .palette import LIGHT
+from ..tables import Cell, Row, Table
+from .pictures import LIGHT
 from .results import Results
 
 
-def table(heads: Iterable[str], rows: Iterable[str]) -> str:
-    """Rows of markup under heads of text, scrolled by itself where the screen is narrow."""
-    head = "".join(f"<th scope=col>{escape(h)}</th>" for h in heads)
-    return f"<div class=scroll><table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+def method_table(results: Results, table: Table) -> str:
+    """A table whose rows are methods, each with a dot in its colour."""
+    return html_table(table, partial(_method, results))
+
+
+def html_table(table: Table, name: Callable[[str], str] = escape) -> str:
+    """A table, scrolled by itself where the screen is narrow. `name` makes HTML of a row's name."""
+    head = "".join(f"<th scope=col>{escape(head)}</th>" for head in table.heads)
+    body = ""
+    for title, rows in table.groups.items():
+        if title:
+            body += f"<tr class=group><th scope=rowgroup colspan={len(table.heads)}>{escape(title)}</th></tr>"
+        body += "".join(_row(row, name) for row in rows)
+    return f"<div class=scroll><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+
+
+def _row(row: Row, name: Callable[[str], str]) -> str:
+    return f"<tr><th scope=row>{name(row.name)}</th>{''.join(map(_cell, row.cells))}</tr>"
+
+
+def _cell(cell: Cell) -> str:
+    bar = "" if cell.share is None else f' class=bar style="--share:{cell.share:.0f}%"'
+    text = escape(cell.text)
+    if cell.mark is not None:
+        kind = f" class={cell.mark}" if cell.mark else ""
+        text = f"<span{kind}>{text}</span>"
+    below = "" if cell.below is None else f"<small>{'&ensp;'.join(escape(part) for part in cell.below if part)}</small>"
+    return f"<td{bar}>{text}{below}</td>"
+
+
+def _method(results: Results, method: str) -> str:
+    """A method's name, which breaks after its underscores where there is little room."""
+    return f"{_swatch(results, method)}{escape(method).replace('_', '_<wbr>')}"
 
 
 def colour(results: Results, method: str) -> str:
@@ -18,19 +49,13 @@ def colour(results: Results, method: str) -> str:
     return f"var(--m{results.methods.index(method) % len(LIGHT)})"
 
 
-def swatch(results: Results, method: str) -> str:
-    """A dot in the method's colour."""
+def _swatch(results: Results, method: str) -> str:
     return f'<i class=swatch style="background:{colour(results, method)}"></i>'
 
 
-def name_cell(results: Results, method: str) -> str:
-    """A row's first cell; where there is little room, the name breaks after its underscores."""
-    return f"<th scope=row>{swatch(results, method)}{escape(method).replace('_', '_<wbr>')}</th>"
-
-
 def legend(results: Results, methods: Sequence[str]) -> str:
-    """What the colours of a chart mean."""
-    return f"<p class=legend>{''.join(f'<span>{swatch(results, m)}{escape(m)}</span>' for m in methods)}</p>"
+    """The methods of a chart with their colours."""
+    return f"<p class=legend>{''.join(f'<span>{_swatch(results, m)}{escape(m)}</span>' for m in methods)}</p>"
 
 
 def listed(names: Iterable[str]) -> str:

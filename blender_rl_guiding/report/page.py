@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ..catalogue import CATALOGUE, LOSS_FIRST
-from . import page_curves, page_images, page_numbers, page_probe, palette, pictures
-from .markup import listed, table
+from ..tables import Cell, Row, Table
+from . import gains, numbers, page_pictures, pictures, published
+from .markup import html_table, listed, method_table
 from .results import Results
 
 _TEMPLATE = Path(__file__).with_name("report_template.html")
@@ -19,14 +20,12 @@ _TEMPLATE = Path(__file__).with_name("report_template.html")
 
 def page(results: Results) -> str:
     """The page's text."""
-    scenes = [scene for scene in results.scenes if results.summaries(scene)]
-    overviews = (page_numbers.beside_published, page_numbers.by_encoder, page_numbers.overall)
-    sections = [_head(results), *(overview(results, scenes) for overview in overviews)]
-    sections += [*(_scene(results, scene) for scene in scenes), _settings(results), _origin(results)]
+    sections = [_head(results), _beside_published(results), _by_encoder(results), _overall(results)]
+    sections += [*(_scene(results, scene) for scene in results.reported), _settings(results), _origin(results)]
     parts = {
-        "title": escape(results.name or f"{', '.join(results.methods)} on {', '.join(scenes)}"),
-        "light": _variables(palette.LIGHT),
-        "dark": _variables(palette.DARK),
+        "title": escape(results.name or f"{', '.join(results.methods)} on {', '.join(results.reported)}"),
+        "light": _variables(pictures.LIGHT),
+        "dark": _variables(pictures.DARK),
         "gradient": ", ".join(f"rgb({r} {g} {b})" for r, g, b in pictures.COLOURS[::15].tolist()),
         "colours": base64.b64encode(pictures.COLOURS.tobytes()).decode(),
         "body": "\n".join(sections),
@@ -36,12 +35,12 @@ def page(results: Results) -> str:
 
 
 def _filled(template: str, parts: dict[str, str]) -> str:
-    """All at once, so that nothing is looked for in what comes from the folder."""
+    """Fills all fields in one pass: text from the folder is not searched for fields."""
     return re.sub(r"{{(\w+)}}", lambda found: parts[found[1]], template)
 
 
 def _policy(template: str, parts: dict[str, str]) -> str:
-    """The Content-Security-Policy by which a browser obeys nothing but the template's own script and style, and loads nothing.
+    """The Content-Security-Policy: a browser runs the template's own script and style alone, and loads nothing.
 
     `style-src` is for attributes, and for browsers that do not know `style-src-elem`.
     """
@@ -61,7 +60,8 @@ def _head(results: Results) -> str:
     seeds, samples = len({run.seed for run in results.runs}), sorted({run.spp for run in results.runs})
     alert = _alert("<b>Missing:</b> these runs are not finished, and not in the numbers.", results.missing)
     alert += _alert("<b>Damaged:</b> this cannot be read, and is left out.", results.damaged)
-    effort = f"{listed(map(str, samples))} samples a pixel, {seeds} seed{'s' * (seeds > 1)}, baseline {escape(results.baseline)}"
+    seeded = "1 seed" if seeds == 1 else f"{seeds} seeds"
+    effort = f"{listed(map(str, samples))} samples a pixel, {seeded}, baseline {escape(results.baseline)}"
     command = f"<code class=command>{escape(results.command)}</code>"
     title = CATALOGUE[results.name].about if results.name in CATALOGUE else listed(results.methods)
     return f"<h1>{escape(title)}</h1><p class=note>{effort}</p>{command}{alert}"
@@ -72,12 +72,88 @@ def _alert(about: str, lines: Sequence[str]) -> str:
     return f"<div class=alert>{about}<ul>{items}</ul></div>" if lines else ""
 
 
+# --- numbers ---------------------------------------------------------------------------------------------------------
+
+
+def _beside_published(results: Results) -> str:
+    """Theirs beside ours; empty where nothing is published."""
+    groups = {scene: rows for scene in results.reported if (rows := published.rows(results, scene))}
+    if not groups:
+        return ""
+    samples = sorted({run.spp for run in results.runs})
+    warning = "" if samples == [published.SPP] else f"<b>These images have {', '.join(map(str, samples))} samples.</b> "
+    note = (
+        f"mape_display over that of {escape(results.baseline)} at {published.SPP} samples a pixel, training included. {warning}"
+        f"The published ratios were measured from the slides' images (±{published.PRECISION}); small: the error itself, theirs from the "
+        "slides' final table. Methods that the slides do not have are held against their best."
+    )
+    return _overview("Beside the slides", note, results, Table(published.HEADS, groups))
+
+
+def _by_encoder(results: Results) -> str:
+    """What encoders gain; empty where none can be compared."""
+    groups = {scene: rows for scene in results.reported if (rows := gains.gains(results, scene))}
+    note = (
+        "mape_display over that of the method that differs in nothing but that it has no encoder; below it half its 95 % interval, "
+        "as if the runs of both were independent."
+    )
+    return _overview("Encoders", note, results, Table(gains.HEADS, groups)) if groups else ""
+
+
+def _overall(results: Results) -> str:
+    """Means over the scenes that have every method; empty below two of them."""
+    whole = [found for scene in results.reported if len(found := results.summaries(scene)) == len(results.methods)]
+    note = f"Ratio to {escape(results.baseline)}, geometric mean over the {len(whole)} scenes that every method finished; lower is better."
+    return _overview("All scenes", note, results, numbers.overall(results, whole)) if len(whole) > 1 else ""
+
+
+def _overview(title: str, note: str, results: Results, table: Table) -> str:
+    return f"<h2>{title}</h2><p class=note>{note}</p>{method_table(results, table)}"
+
+
 def _scene(results: Results, scene: str) -> str:
     """Numbers, charts and pictures; the loss first where it is what the experiment is about."""
-    error, loss = page_curves.errors(results, scene), page_curves.losses(results, scene)
+    error, loss = page_pictures.errors(results, scene), page_pictures.losses(results, scene)
     charts = loss + error if results.name in LOSS_FIRST else error + loss
-    parts = [f"<section><h2>{escape(scene)}</h2>", page_numbers.of_scene(results, scene), charts, page_images.of_scene(results, scene)]
-    return "\n".join([*parts, page_probe.of_scene(results, scene), "</section>"])
+    parts = [f"<section><h2>{escape(scene)}</h2>", _errors(results, scene), charts, page_pictures.images(results, scene)]
+    return "\n".join([*parts, page_pictures.learnt(results, scene), "</section>"])
+
+
+def _errors(results: Results, scene: str) -> str:
+    """All measures of all methods."""
+    about = (
+        f"Errors against the reference ({escape(results.reference)}); lower is better. Below each: half the 95 % interval of the mean "
+        f"over seeds, and the ratio to {escape(results.baseline)}. <em>{numbers.EQUAL_TIME.capitalize()}</em>: the ratio of "
+        "relmse if all rendered equally long, learning included, as far as it falls as 1 / samples. "
+        f"<em>{numbers.LEARNING.capitalize()}</em>: of the seconds, what learning took; below it, training + inference, "
+        "which is the laying out of what was learnt for the tracer."
+    )
+    return f"{method_table(results, Table(numbers.HEADS, {'': numbers.errors(results, scene)}))}<p class=note>{about}</p>"
+
+
+# --- settings --------------------------------------------------------------------------------------------------------
+
+
+def _settings(results: Results) -> str:
+    """Settings of each method: first those in which any method differs, then, folded, what all have in common."""
+    first = {run.method: _flat(run.settings) for run in reversed(results.runs)}
+    methods = [m for m in results.methods if m in first]
+    names = list(dict.fromkeys(name for m in methods for name in first[m] if name != "seed"))
+    values = {name: [first[m].get(name, "") for m in methods] for name in names}
+    differing = {name: row for name, row in values.items() if len(set(row)) > 1}
+    common = {name: row[:1] for name, row in values.items() if len(set(row)) == 1}
+    shared = f"<details><summary>{len(common)} settings that all methods have in common</summary>{_values(['all'], common)}</details>"
+    return f"<h2>Settings</h2>{_values(methods, differing) if differing else ''}{shared}"
+
+
+def _origin(results: Results) -> str:
+    """Machine and versions; all that occur, should runs differ."""
+    found: dict[str, set[str]] = {}
+    for run in results.runs:
+        for name, value in _flat(run.machine | run.versions).items():
+            found.setdefault(name, set()).add(value)
+    values = {name: [", ".join(sorted(different))] for name, different in found.items()}
+    return f"<details><summary>Machine and versions</summary>{_values([''], values)}</details>"
 
 
 def _flat(settings: dict[str, Any], prefix: str = "") -> dict[str, str]:
@@ -88,28 +164,6 @@ def _flat(settings: dict[str, Any], prefix: str = "") -> dict[str, str]:
     return flat
 
 
-def _settings(results: Results) -> str:
-    """Settings of each method: first those in which any method differs, then, folded, what all have in common."""
-    first = {run.method: _flat(run.settings) for run in reversed(results.runs)}
-    methods = [m for m in results.methods if m in first]
-    names = list(dict.fromkeys(name for m in methods for name in first[m] if name != "seed"))
-    values = {name: [first[m].get(name, "") for m in methods] for name in names}
-    differing = [_settings_row(name, values[name]) for name in names if len(set(values[name])) > 1]
-    common = [_settings_row(name, values[name][:1]) for name in names if len(set(values[name])) == 1]
-    shared = f"<details><summary>{len(common)} settings that all methods have in common</summary>{table(['', 'all'], common)}</details>"
-    return f"<h2>Settings</h2>{table(['', *methods], differing) if differing else ''}{shared}"
-
-
-def _settings_row(name: str, values: Sequence[str]) -> str:
-    cells = "".join(f"<td>{escape(value) or '–'}</td>" for value in values)
-    return f"<tr><th scope=row>{escape(name)}</th>{cells}</tr>"
-
-
-def _origin(results: Results) -> str:
-    """Machine and versions; all that occur, should runs differ."""
-    found: dict[str, set[str]] = {}
-    for run in results.runs:
-        for name, value in _flat(run.machine | run.versions).items():
-            found.setdefault(name, set()).add(value)
-    rows = [_settings_row(name, [", ".join(sorted(values))]) for name, values in found.items()]
-    return f"<details><summary>Machine and versions</summary>{table(['', ''], rows)}</details>"
+def _values(heads: Sequence[str], values: dict[str, list[str]]) -> str:
+    rows = [Row(name, [Cell(value or "–") for value in row]) for name, row in values.items()]
+    return html_table(Table(["", *heads], {"": rows}))

@@ -1,8 +1,8 @@
-"""What the slides "Deep Reinforcement Learning and Ray Tracing" report, as data: errors at 32 samples per pixel, training included."""
+"""The results of the slides "Deep Reinforcement Learning and Ray Tracing": errors at 32 samples per pixel, training included."""
 
-from typing import NamedTuple
-
-from .results import Estimate, Results, Summary, ratio_of
+from ..tables import Cell, Row
+from .numbers import margin
+from .results import Results, Summary, ratio_of
 
 SPP = 32
 PRECISION = 0.02  # of the ratios: they were measured from the images inside the slides, which are JPEG
@@ -27,21 +27,11 @@ RATIOS = {
     "c3": {"slides_c_dqn": 0.925, "slides_c_rbf": 0.911, "slides_c_bspline": 0.904},
 }
 EXPERIMENTS = ("slides-a", "slides-b", "slides-c")  # of the catalogue, which have these scenes and methods
-
-
-class Row(NamedTuple):
-    """One method on one scene, theirs beside ours."""
-
-    method: str
-    ratio: float | None  # published
-    error: float | None  # published
-    our_ratio: Estimate
-    our_error: Estimate
-    verdict: str
+HEADS = ("", "published", "ours", "reached?")
 
 
 def rows(results: Results, scene: str) -> list[Row]:
-    """Every method of ours beside what is published of it; empty where nothing is, or our baseline is missing."""
+    """Each of our methods beside the published one, under `HEADS`; empty where nothing is published, or our baseline is missing."""
     base = results.base(scene)
     if results.name not in EXPERIMENTS or scene not in RATIOS or base is None:
         return []
@@ -50,14 +40,21 @@ def rows(results: Results, scene: str) -> list[Row]:
 
 def _row(scene: str, summary: Summary, base: Summary) -> Row:
     method, error = summary.method, summary.errors["mape_display"]
-    ours, theirs = ratio_of(error, base.errors["mape_display"]), RATIOS[scene].get(method)
-    if theirs is not None:
-        verdict = _verdict(ours.mean, theirs)
+    ours, theirs = ratio_of(error, base.errors["mape_display"]), RATIOS[scene]
+    if method in theirs:
+        verdict = _verdict(ours.mean, theirs[method])
     elif method == base.method:
         verdict = ""
     else:
-        verdict = f"×{ours.mean / min(RATIOS[scene].values()):.2f} of their best"
-    return Row(method, theirs, ERRORS.get(scene, {}).get(method), ours, error, verdict)
+        verdict = f"×{ours.mean / min(theirs.values()):.2f} of their best"
+    published = f"×{theirs[method]:.3f}" if method in theirs else "–"
+    printed = ERRORS.get(scene, {}).get(method)
+    cells = (
+        Cell(published, None if printed is None else (f"{printed:.4f}",)),
+        Cell(f"×{ours.mean:.3f}", (margin(ours), f"{error.mean:.4f}")),
+        Cell(verdict, mark={"yes": "best", "no": "worse"}.get(verdict, "")),
+    )
+    return Row(method, cells)
 
 
 def _verdict(ours: float, theirs: float) -> str:

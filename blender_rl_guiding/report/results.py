@@ -1,82 +1,86 @@
-"""The runs of an experiment, what is missing, means and intervals, and the flat table of it all."""
+"""The runs of an experiment, what is missing or damaged, means over seeds and their intervals."""
 
-import csv
-import io
 import math
 import statistics
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-MEASURES = ("mape_display", "mape", "relmse", "flip")
-COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *MEASURES)
+from ..images.metrics import mape_map
+from ..measures import NAMES
+from .result_file import Count, Error, Number, Patches, Record
+
+COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *NAMES)
+LEARNING_GUIDES = ("qtable", "dqn")  # kinds
+_Vector = tuple[Number, Number, Number]
 # 97.5 % quantiles of Student's t for 1..9 degrees of freedom; from 10 on, the series in `_student` has four digits.
 _T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216)
 
 
-class Learnt(NamedTuple):
-    """What a run has learnt of the light at the point that a pixel sees."""
+@dataclass(frozen=True)
+class Truth:
+    """probe.json: the light that arrives at the point that a pixel sees."""
 
     pixel: tuple[int, int]  # column and row, from the top left
-    q: np.ndarray  # (rows, columns), mean radiance through each patch of the hemisphere, row 0 at the horizon
+    position: _Vector  # world space
+    right: _Vector  # unit, world space: to the right in a picture of the hemisphere
+    up: _Vector
+    patches: tuple[Patches, Patches]  # rows and columns
+    radiance: tuple[Error, ...]  # mean through each patch of the hemisphere, row 0 at the horizon
+    spp: Count  # samples of each patch
+
+    @property
+    def hemisphere(self) -> np.ndarray:
+        """`radiance` as (rows, columns)."""
+        return np.array(self.radiance).reshape(self.patches)
 
 
-class Truth(NamedTuple):
-    """The light that arrives at the point that a pixel sees."""
-
-    pixel: tuple[int, int]
-    position: tuple[float, ...]  # world space
-    right: tuple[float, ...]  # unit, world space: what is to the right in a picture of the hemisphere
-    up: tuple[float, ...]
-    radiance: np.ndarray  # (rows, columns), as `Learnt.q`
-    spp: int  # samples of each patch
-
-
-@dataclass(frozen=True)
-class Run:
-    """One finished render; the fields are those of result.json."""
+@dataclass(frozen=True, kw_only=True)
+class Run(Record):
+    """One finished render: its result.json, and where it lies."""
 
     folder: Path
-    scene: str
-    method: str
-    seed: int
-    spp: int
-    seconds: float  # rendering with learning, without compiling and export
-    learn_seconds: float
-    rays: int
-    metrics: dict[str, float]
-    settings: dict[str, Any]
-    machine: dict[str, Any]
-    versions: dict[str, Any]
-    curve: list[dict[str, Any]]
-    losses: list[float]  # one for each training step
-    learnt: Learnt | None  # None where nothing was learnt, or nothing is known
-    resolution: tuple[int, int] | None = None  # width and height; None where nothing is known
-    digest: str | None = None  # SHA-256 of image.exr; None where nothing is known
+    metrics: dict[str, float]  # a report is of runs that were judged
 
     @property
     def learns(self) -> bool:
-        """Whether its guide is one that learns: only they divide the hemisphere."""
-        return "rows" in self.settings.get("guide", {})
+        """Whether its guide is one that learns."""
+        return self.settings.get("guide", {}).get("kind") in LEARNING_GUIDES
+
+    @property
+    def nee(self) -> bool:
+        """Whether it has next-event estimation."""
+        return bool(self.settings.get("nee"))
 
     @property
     def train_seconds(self) -> float:
-        """The part of `learn_seconds` that went into training, as far as the guide tells it apart."""
+        """The part of `learn_seconds` that went into training; 0 where the guide does not tell it apart."""
         return sum(entry.get("train_seconds", 0.0) for entry in self.curve)
 
     @property
     def infer_seconds(self) -> float:
-        """The part of `learn_seconds` that went into laying out directions, as far as the guide tells it apart."""
+        """The part of `learn_seconds` that went into laying out directions; 0 where the guide does not tell it apart."""
         return sum(entry.get("infer_seconds", 0.0) for entry in self.curve)
 
     @property
     def row(self) -> list[Any]:
         """The run's values under `COLUMNS`."""
-        return [self.metrics[name] if name in MEASURES else getattr(self, name) for name in COLUMNS]
+        return [self.metrics[name] if name in NAMES else getattr(self, name) for name in COLUMNS]
+
+
+class Pictures(NamedTuple):
+    """A scene's reference and the image of each method's first run, (H, W, 3) linear RGB."""
+
+    reference: np.ndarray
+    shots: Sequence[tuple[Run, np.ndarray]]
+
+    def error_maps(self) -> list[np.ndarray]:
+        """For each shot its error at each pixel, (H, W)."""
+        return [mape_map(image, self.reference) for _, image in self.shots]
 
 
 class Estimate(NamedTuple):
@@ -96,7 +100,7 @@ class Summary:
     @cached_property
     def errors(self) -> dict[str, Estimate]:
         """Each measure's estimate by name."""
-        return {name: estimate([run.metrics[name] for run in self.runs]) for name in MEASURES}
+        return {name: estimate([run.metrics[name] for run in self.runs]) for name in NAMES}
 
     @cached_property
     def seconds(self) -> Estimate:
@@ -123,12 +127,17 @@ class Results:
     methods: tuple[str, ...]
     baseline: str
     command: str
-    reference: str  # what the errors are against, for people
+    reference: str  # of the errors, described for people
     runs: tuple[Run, ...]
-    missing: tuple[str, ...]  # what was asked for and is not there, as "scene/method/seed-n"
+    missing: tuple[str, ...]  # runs of the plan that are not there, as "scene/method/seed-n"
     truths: dict[str, Truth]  # by scene, where there is one
-    damaged: tuple[str, ...] = ()  # what is there but cannot be used, a line for each
-    pictured: frozenset[str] = frozenset()  # the scenes with a reference; the first run of each method there has an image
+    damaged: tuple[str, ...] = ()  # files that cannot be used, a line for each
+    pictures: dict[str, Pictures] = field(default_factory=dict)  # by scene, where there is a reference
+
+    @property
+    def reported(self) -> list[str]:
+        """The scenes with a finished run."""
+        return [scene for scene in self.scenes if self.summaries(scene)]
 
     def base(self, scene: str) -> Summary | None:
         """The baseline's summary, if it has a finished run on the scene."""
@@ -138,6 +147,13 @@ class Results:
         """One for each method that has runs on the scene, in the experiment's order."""
         found = ((m, tuple(r for r in self.runs if (r.scene, r.method) == (scene, m))) for m in self.methods)
         return [Summary(method, runs) for method, runs in found if runs]
+
+    def learnt(self, scene: str) -> tuple[Truth, list[tuple[Run, np.ndarray]]] | None:
+        """The truth, and each method's first run with its Q, if that is of the same pixel. None without truth, or if no method learns."""
+        truth, first = self.truths.get(scene), [summary.runs[0] for summary in self.summaries(scene)]
+        if truth is None or not any(run.learns for run in first):
+            return None
+        return truth, [(run, run.probe.hemisphere) for run in first if run.probe and run.probe.pixel == truth.pixel]
 
 
 def estimate(values: Sequence[float]) -> Estimate:
@@ -173,20 +189,6 @@ def ratio_of(ours: Estimate, theirs: Estimate) -> Estimate:
 
 
 def geometric_mean(values: Iterable[float]) -> float:
-    """The mean for ratios: twice as good on one scene and half as good on another is 1."""
+    """The mean of ratios: that of 2 and 1/2 is 1."""
     values = list(values)
     return 0.0 if 0.0 in values else statistics.geometric_mean(values)
-
-
-def table(results: Results) -> str:
-    """table.csv: a row per scene, method and seed."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([_no_formula(value) for value in run.row] for run in results.runs)
-    return text.getvalue()
-
-
-def _no_formula(value: Any) -> Any:
-    """A name behind an apostrophe, where a spreadsheet would compute it."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value

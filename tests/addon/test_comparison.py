@@ -19,7 +19,6 @@ from addon.properties import write
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.render import render
-from blender_rl_guiding.report.handover import MEASURES as MEASURED
 from blender_rl_guiding.schema import flags
 from blender_rl_guiding.settings import BSDF, DQN, PRESETS, QTable, Render, Uniform, method
 from tests.addon.layout import context, drawn
@@ -228,7 +227,7 @@ def test_a_number_beyond_the_limits_of_this_version_is_reported(scene: bpy.types
 def test_menus_are_saved_by_numbers_that_never_change():
     assert [(item[0], item[3]) for item in BUDGETS] == [("SAMPLES", 0), ("SECONDS", 1)]
     assert [(item[0], item[3]) for item in REFERENCES] == [("OWN", 0), ("CYCLES", 1), ("FILE", 2)]
-    assert tuple(item[0] for item in MEASURES) == MEASURED
+    assert [(item[0], item[3]) for item in MEASURES] == [("mape_display", 0), ("mape", 1), ("relmse", 2), ("flip", 3)]
     assert workspace.NAME == "Compare"
 
 

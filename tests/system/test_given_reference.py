@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from blender_rl_guiding import report
 from blender_rl_guiding.doors.worker import Events
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.experiments.references import Given
 from blender_rl_guiding.experiments.runner import Experiment, run
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.images.metrics import mape
-from blender_rl_guiding.report import writing as report
 from blender_rl_guiding.report.page import page
 from blender_rl_guiding.settings import BSDF, Machine, Render, Uniform
 from tests import scenes

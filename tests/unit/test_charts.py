@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.images import write_exr
-from blender_rl_guiding.report import charts, figures
-from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report import charts, figures, load
 from blender_rl_guiding.report.handover import handed_over
 from tests.unit.test_report import _no_figures, change, make_experiment, page_of, write_figures  # noqa: F401  # a fixture among them
 

@@ -14,7 +14,7 @@ def run(method: str = "dqn", curve: Any = (), losses: Any = (), guide: Any = Non
     return Run(
         folder=Path(), scene="c1", method=method, seed=0, spp=4, seconds=1.0, learn_seconds=0.5, rays=1, metrics={},
         settings={"guide": guide or {"kind": "dqn", "error": "squared"}}, machine={}, versions={},
-        curve=list(curve), losses=list(losses), learnt=None,
+        curve=list(curve), losses=list(losses),
     )  # fmt: skip
 
 
@@ -22,9 +22,9 @@ def test_errors_are_means_over_seeds_where_all_seeds_have_them():
     first = [{"samples": n, "seconds": float(n), "relmse": 1.0 / n} for n in (1, 2, 4)]
     second = [{"samples": n, "seconds": 3.0 * n, "relmse": 3.0 / n} for n in (2, 4, 8)]
     summary = Summary("dqn", (run(curve=first), run(curve=second)))
-    assert curves.over_samples(summary, "relmse") == [(2, 1.0), (4, 0.5)]
-    assert curves.over_seconds(summary, "relmse") == [(4.0, 1.0), (8.0, 0.5)]
-    assert curves.over_samples(summary, "mape_display") == []
+    assert curves.over(summary, "samples", "relmse") == [(2, 1.0), (4, 0.5)]
+    assert curves.over(summary, "seconds", "relmse") == [(4.0, 1.0), (8.0, 0.5)]
+    assert curves.over(summary, "samples", "mape_display") == []
 
 
 def test_losses_are_means_over_seeds_as_long_as_all_learnt():

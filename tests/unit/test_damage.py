@@ -14,9 +14,8 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.images import write_exr
-from blender_rl_guiding.report import figures, result_file, results
-from blender_rl_guiding.report.folders import load
-from blender_rl_guiding.report.writing import write
+from blender_rl_guiding.measures import NAMES
+from blender_rl_guiding.report import figures, load, result_file, write
 from tests.unit.test_report import change, make_experiment, page_of, write_figures
 
 
@@ -124,7 +123,7 @@ def test_an_image_of_another_run_is_not_shown(made: Path):
         {"rays": 1.5},
         {"metrics": None},
         {"metrics": {"flip": 0.1}},
-        {"metrics": dict.fromkeys(results.MEASURES, math.nan)},
+        {"metrics": dict.fromkeys(NAMES, math.nan)},
         {"losses": ["x"]},
         {"curve": [{"samples": 1, "seconds": math.nan}]},
         {"curve": [{"seconds": 1.0, "mape": 1.0}]},

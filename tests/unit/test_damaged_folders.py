@@ -13,12 +13,10 @@ import pytest
 from rich.console import Console
 
 from benchmarks.reliability import mutations
-from blender_rl_guiding import images
+from blender_rl_guiding import images, report
 from blender_rl_guiding.doors import cli
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.report import discs, figures, page_probe
-from blender_rl_guiding.report import writing as report
-from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report import discs, figures, load, page_pictures
 from blender_rl_guiding.report.handover import handed_over
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment, write_figures
@@ -38,7 +36,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(autouse=True)
 def _small_and_few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "write", lambda results: None)
-    monkeypatch.setattr(page_probe, "_SIZE", 6)
+    monkeypatch.setattr(page_pictures, "DISC", 6)
     monkeypatch.setattr(discs, "SMOOTH", 1)
 
 
@@ -50,7 +48,7 @@ def outcome(folder: Path, all_of_it: bool = False) -> str:
         if all_of_it:
             report.show(results, Console(file=io.StringIO()))
             write_figures(results)
-        if results.scenes[0] in results.pictured:
+        if results.scenes[0] in results.pictures:
             json.dumps(handed_over(results)).encode()
         line = "".join(results.damaged[:1])
         page = (folder / "report.html").read_text(encoding="utf-8")
@@ -132,6 +130,14 @@ def test_an_image_is_not_unpacked_where_memory_does_not_suffice(good: Path, tmp_
     lines = load(copy).damaged
     assert len(lines) == 1
     assert lines[0].startswith("c1/reference.exr takes 384 bytes of memory, but only 383 bytes are free")
+
+
+def test_no_image_is_decoded_twice(good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    copy = shutil.copytree(good, tmp_path / "folder")
+    decoded: list[int] = []
+    monkeypatch.setattr(images, "available", lambda: decoded.append(1) or 2**40)  # asked once for each image
+    outcome(copy, all_of_it=True)
+    assert len(decoded) == 1 + 2  # the reference and the first run of each method
 
 
 def test_the_command_lists_what_is_damaged_and_fails(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):

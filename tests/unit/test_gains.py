@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report import load
 from blender_rl_guiding.report.gains import gains
+from blender_rl_guiding.report.numbers import margin, times
 from blender_rl_guiding.report.page import page
 from blender_rl_guiding.report.results import Results, ratio_of
 from tests.unit.test_report import make_experiment
@@ -39,9 +40,10 @@ def experiment(folder: Path, seeds: int = 2) -> Results:
 def test_encoders_are_held_against_the_same_network_without(tmp_path: Path):
     results = experiment(tmp_path)
     found = gains(results, "c1")
-    assert [(gain.method, gain.plain) for gain in found] == [(name, "plain") for name in ("better", "alike", "worse")]
+    assert [(row.name, row.cells[0].text) for row in found] == [(name, "plain") for name in ("better", "alike", "worse")]
     summaries = {summary.method: summary.errors["mape_display"] for summary in results.summaries("c1")}
-    assert all(gain.ratio == ratio_of(summaries[gain.method], summaries["plain"]) for gain in found)
+    ratios = [ratio_of(summaries[row.name], summaries["plain"]) for row in found]
+    assert [row.cells[1] for row in found] == [(times(ratio.mean), (margin(ratio),), None, None) for ratio in ratios]
 
 
 @pytest.mark.parametrize(
@@ -52,11 +54,11 @@ def test_only_what_lies_beyond_the_interval_counts(half: float, verdicts: list[s
     """Errors 2 `half` apart: interval 12.706 `half`, 0.0127. So .11 / .21 is .524 +- .068, and .41 / .21 is 1.952 +- .133."""
     monkeypatch.setattr(f"{__name__}.ERRORS", {name: (sum(pair) / 2 - half, sum(pair) / 2 + half) for name, pair in ERRORS.items()})
     better, _, worse = gains(experiment(tmp_path), "c1")
-    assert [better.verdict, worse.verdict] == verdicts
+    assert [better.cells[2].text, worse.cells[2].text] == verdicts
 
 
 def test_one_seed_tells_nothing(tmp_path: Path):
-    assert {gain.verdict for gain in gains(experiment(tmp_path, seeds=1), "c1")} == {"more seeds would tell"}
+    assert {row.cells[2].text for row in gains(experiment(tmp_path, seeds=1), "c1")} == {"more seeds would tell"}
 
 
 def test_the_page_has_the_table_where_there_is_something_to_compare(tmp_path: Path):

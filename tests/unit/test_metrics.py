@@ -8,6 +8,7 @@ import pytest
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.images import metrics
+from blender_rl_guiding.measures import NAMES
 
 
 def constant(value: float) -> np.ndarray:
@@ -63,7 +64,7 @@ def test_flip_bears_black_and_equal_images_and_prints_nothing():
 def test_compare_gives_all_four_by_name():
     image, reference = constant(0.3), constant(0.5)
     result = metrics.compare(image, reference)
-    assert list(result) == ["mape_display", "mape", "relmse", "flip"]
+    assert tuple(result) == NAMES == ("mape_display", "mape", "relmse", "flip")
     assert all(result[name] == getattr(metrics, name)(image, reference) for name in result)
     assert all(type(value) is float for value in result.values())
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from blender_rl_guiding.report.folders import load
+from blender_rl_guiding.report import load
 from blender_rl_guiding.report.page import page
 from tests.unit.test_report import make_experiment
 
@@ -21,7 +21,7 @@ def add_probe(folder: Path, pixels: dict[str, tuple[int, int]], nee: tuple[str, 
         path = folder / "c1" / method / "seed-0" / "result.json"
         values = json.loads(path.read_text())
         values["settings"]["nee"] = method in nee
-        values["settings"]["guide"] |= {"rows": 2, "columns": 2}
+        values["settings"]["guide"] |= {"kind": "qtable"}
         path.write_text(json.dumps(values | {"probe": {"pixel": pixel, "rows": 2, "columns": 2, "q": [1, 1, 1, 1]}}))
 
 

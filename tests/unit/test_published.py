@@ -6,12 +6,11 @@ from pathlib import Path
 import pytest
 
 from blender_rl_guiding.catalogue import CATALOGUE
-from blender_rl_guiding.report import published
-from blender_rl_guiding.report.folders import load
-from blender_rl_guiding.report.latex import escape, latex
+from blender_rl_guiding.report import load, published, write
+from blender_rl_guiding.report.numbers import papers
 from blender_rl_guiding.report.page import page
 from blender_rl_guiding.report.results import Estimate, ratio_of
-from blender_rl_guiding.report.writing import write
+from blender_rl_guiding.report.texts import in_latex, latex
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment
 
@@ -76,13 +75,14 @@ def test_the_report_shows_theirs_beside_ours(tmp_path: Path):
     assert "×0.788<small>0.3209</small>" in part
     assert "<small>0.4119</small>" in part
     base, *_ = rows = published.rows(load(tmp_path), "c1")
-    assert [row.method for row in rows] == list(METHODS)
-    assert (base.ratio, base.our_ratio.mean, base.verdict) == (None, 1.0, "")
-    bsdf, dqn, rbf = rows[1:]
-    assert bsdf.verdict == f"×{bsdf.our_ratio.mean / 0.758:.2f} of their best"
-    assert (dqn.ratio, dqn.verdict) == (0.788, "yes")
-    assert (rbf.ratio, rbf.verdict) == (0.773, "no")
-    assert all(f"×{row.our_ratio.mean:.3f}" in part and row.verdict in part for row in rows)
+    assert [row.name for row in rows] == list(METHODS)
+    assert [cell.text for cell in base.cells] == ["–", "×1.000", ""]
+    bsdf, dqn, rbf = ([cell.text for cell in row.cells] for row in rows[1:])
+    errors = [summary.errors["mape_display"].mean for summary in load(tmp_path).summaries("c1")]
+    assert bsdf == ["–", f"×{errors[1] / errors[0]:.3f}", f"×{errors[1] / errors[0] / 0.758:.2f} of their best"]
+    assert dqn == ["×0.788", f"×{errors[2] / errors[0]:.3f}", "yes"]
+    assert rbf == ["×0.773", f"×{errors[3] / errors[0]:.3f}", "no"]
+    assert all(cell.text in part for row in rows for cell in row.cells)
     assert published.rows(load(tmp_path), "x1") == []
 
 
@@ -103,7 +103,7 @@ def test_the_latex_table_escapes_names_and_has_all_cells(tmp_path: Path):
     make_experiment(tmp_path, ("c1", "a_1"), methods=METHODS)
     (tmp_path / "a_1" / "bsdf" / "seed-0" / "result.json").unlink()
     (tmp_path / "a_1" / "bsdf" / "seed-1" / "result.json").unlink()
-    lines = latex(load(tmp_path)).splitlines()
+    lines = latex(papers(load(tmp_path))).splitlines()
     assert lines[3] == r"mape\_display & c1 & a\_1 \\"
     assert lines[5].startswith(r"uniform & ")
     assert lines[6].startswith(r"bsdf & ")
@@ -112,14 +112,14 @@ def test_the_latex_table_escapes_names_and_has_all_cells(tmp_path: Path):
     error = load(tmp_path).summaries("c1")[1].errors["mape_display"]
     assert f"{error.mean:.4f} $\\pm$ {error.margin:.4f} ($\\times$" in lines[6]
     assert [line for line in lines if "rule" in line] == [r"\toprule", r"\midrule", r"\bottomrule"]
-    assert escape(r"a&b%$#_{}~^\c") == r"a\&b\%\$\#\_\{\}\textasciitilde{}\textasciicircum{}\textbackslash{}c"
+    assert in_latex(r"a&b%$#_{}~^\c") == r"a\&b\%\$\#\_\{\}\textasciitilde{}\textasciicircum{}\textbackslash{}c"
 
 
 def test_figures_are_written_as_pdf_and_png(tmp_path: Path):
     make_experiment(tmp_path, methods={"uniform": 0.6, "dqn": 0.2})
     add_probe(tmp_path, {"dqn": (3, 4)})
     write(tmp_path)
-    assert (tmp_path / "table.tex").read_text() == latex(load(tmp_path))
+    assert (tmp_path / "table.tex").read_text() == latex(papers(load(tmp_path)))
     names = {"images-c1", "learnt-c1", "mape-c1", "relmse-time-c1", "loss-squared-error-c1"}
     found = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
     assert found.keys() == {f"{name}.{suffix}" for name in names for suffix in ("pdf", "png")}

@@ -17,9 +17,9 @@ from scipy.stats import t
 
 from blender_rl_guiding.images import write_exr
 from blender_rl_guiding.images.metrics import compare
-from blender_rl_guiding.report import figures, pictures, results
-from blender_rl_guiding.report.folders import load
-from blender_rl_guiding.report.writing import show, text_table, write
+from blender_rl_guiding.report import figures, load, pictures, results, show, write
+from blender_rl_guiding.report.numbers import runs
+from blender_rl_guiding.report.texts import comma_separated
 
 write_figures = figures.write  # before it is replaced, below
 METHODS = {"uniform": 0.6, "bsdf": 0.3, "dqn": 0.15}
@@ -170,7 +170,7 @@ def test_a_browser_is_told_to_obey_nothing_but_the_pages_own_script_and_style(tm
 def test_a_name_is_no_formula_and_no_markup(tmp_path: Path):
     methods = {"uniform": 0.6, "=1+1": 0.3, "@x": 0.2, "[red]x": 0.1, "_x": 0.1, "$x^$": 0.2}
     found = load(make_experiment(tmp_path, methods=methods, seeds=1))
-    rows = list(csv.DictReader(results.table(found).splitlines()))
+    rows = list(csv.DictReader(comma_separated(runs(found)).splitlines()))
     assert [row["method"] for row in rows] == ["uniform", "'=1+1", "'@x", "[red]x", "_x", "$x^$"]
     console = Console(width=200)
     with console.capture() as capture:
@@ -187,7 +187,7 @@ def test_the_terminal_shows_the_same(tmp_path: Path):
     make_experiment(tmp_path)
     console = Console(width=80)
     with console.capture() as capture:
-        console.print(text_table(load(tmp_path)))
+        show(load(tmp_path), console)
     text = capture.get()
     for summary in load(tmp_path).summaries("c1"):
         assert f"{summary.errors['flip'].mean:.4g}" in text

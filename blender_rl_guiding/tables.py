@@ -1,0 +1,34 @@
+"""A table: rows of cells under heads. Page, terminal, LaTeX, CSV, and Blender's panel and command show this one type."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+
+class Cell(NamedTuple):
+    """A number or a word."""
+
+    text: str
+    below: Sequence[str] | None = None  # in small letters, such as an interval; None if the column has no such line
+    mark: str | None = None  # a verdict: "best", "worse", or "" for neither; None if the cell is no verdict
+    share: float | None = None  # the length of a bar: per cent of the column's largest number
+
+
+class Row(NamedTuple):
+    """A method or a setting, and its cells."""
+
+    name: str
+    cells: Sequence[Cell]
+
+
+class Table(NamedTuple):
+    """Rows in groups."""
+
+    heads: Sequence[str]  # the first stands over the names of rows
+    groups: Mapping[str, Sequence[Row]]  # by title, the scene; "" has none
+
+
+def aligned(table: Table) -> str:
+    """The texts of all cells in columns of letters, without titles of groups."""
+    lines = [table.heads, *([row.name, *(cell.text for cell in row.cells)] for rows in table.groups.values() for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return "\n".join("  ".join(map(str.rjust, line, widths)) for line in lines)
