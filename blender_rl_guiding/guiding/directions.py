@@ -35,7 +35,6 @@ class Directions(NamedTuple):
     patch_columns: int
     cells: Cells
     cdf: np.ndarray  # (C, N) float32, cumulative probability of the patches of each cell; the last is 1
-    reach: int = int(DIFFUSE_REFLECTION)
 
 
 def one_cell(bsdf_fraction: float) -> Directions:
@@ -100,4 +99,4 @@ def _pdf(directions, cell, n, wo, wi):
     return (cdf[cell, patch] - below) * F(cdf.shape[1]) / TWO_PI
 
 
-declare(Directions, _find, _sample, _pdf)
+declare(Directions, DIFFUSE_REFLECTION, _find, _sample, _pdf)

@@ -1,7 +1,7 @@
 """The seam between guiding and the transport loop: `find`, `sample` and `pdf` at a vertex, in world space.
 
-A guide hands the loop its `directions`: a named tuple, frozen during a pass. The class of the tuple is its kind. A kind declares three
-parts (`declare`) and has the field `reach`: the sum of the ways to spread light (`bsdf.lobe`) that it draws for.
+A guide hands the loop its `directions`: a named tuple, frozen during a pass. The class of the tuple is its kind. Each kind is declared
+once (`declare`), with three parts and its reach: the lobes that it draws for.
 
 Symbols: lobe k is picked with probability P_k, and then has the density p_k; R are the lobes within reach, G = sum over R of P_k.
 The guide takes the share 1 - alpha of the samples of R, with its own density p_guide:
@@ -15,22 +15,23 @@ from numba.extending import intrinsic
 
 from ..bsdf import surface as bsdf
 from ..kernels import part
-from ..kernels.kinds import call_by_kind
+from ..kernels.kinds import call_by_kind, constant_by_kind
 from ..kernels.sampling import F
 
+_reach: dict[type, int] = {}
 _find: dict[type, Any] = {}
 _sample: dict[type, Any] = {}
 _pdf: dict[type, Any] = {}
 
 
-def declare(kind: type, find: Any, sample: Any, pdf: Any) -> None:
-    """Name the parts of a kind of directions.
+def declare(kind: type, reach: float, find: Any, sample: Any, pdf: Any) -> None:
+    """Name the parts of a kind of directions, and the sum of the ways to spread light (see `bsdf.lobe`) that it draws for.
 
     find(directions, x, n, wo, lobes, count) -> alpha, 1 where nothing is known; place: anything that the other two want to know.
     sample(directions, place, n, wo, u, v, choice) -> wi, a unit vector on n's side, by three uniform numbers.
     pdf(directions, place, n, wo, wi) -> density of `sample` per solid angle.
     """
-    _find[kind], _sample[kind], _pdf[kind] = find, sample, pdf
+    _reach[kind], _find[kind], _sample[kind], _pdf[kind] = int(reach), find, sample, pdf
 
 
 class Found(NamedTuple):
@@ -47,14 +48,14 @@ def find(directions, x, n, wo, lobes, count):
     alpha, place = _find_by_kind(directions, x, n, wo, lobes, count)
     share = F(0)
     if alpha < F(1):
-        share = (F(1) - alpha) * bsdf.chance_within(lobes, count, directions.reach)
+        share = (F(1) - alpha) * bsdf.chance_within(lobes, count, reach(directions))
     return Found(alpha, share, place)
 
 
 @part
 def takes(directions, found, lobes, k, rest):
     """Whether the guide draws the direction of lobe k, by the number `rest` that picking the lobe left over."""
-    return found.share > F(0) and bsdf.is_within(lobes, k, directions.reach) and rest >= found.alpha
+    return found.share > F(0) and bsdf.is_within(lobes, k, reach(directions)) and rest >= found.alpha
 
 
 @part
@@ -70,6 +71,15 @@ def pdf(directions, found, n, wo, wi, pdf_all, pdf_within):
         pdf_guide = _pdf_by_kind(directions, found.place, n, wo, wi)
         pdf_all += found.share * pdf_guide - (F(1) - found.alpha) * pdf_within
     return pdf_all
+
+
+@intrinsic
+def _reach_by_kind(typingctx, directions):
+    return constant_by_kind(_reach, directions)
+
+
+# Declared, because type checkers take the typing context for an argument of the call.
+reach: Any = _reach_by_kind
 
 
 @intrinsic

@@ -5,17 +5,30 @@ The choice costs nothing at run time, and a kernel that is compiled for one kind
 
 from typing import Any
 
+from numba import types
+
 from .pointers import Ref
 
 
+def constant_by_kind(numbers: dict[type, int], first: Any) -> tuple[Any, Any]:
+    """Signature and code of an intrinsic whose value is `numbers[kind]`, an int64."""
+
+    def codegen(context, builder, called, values):
+        return context.get_constant(types.int64, numbers[_kind(first)])
+
+    return types.int64(first), codegen
+
+
 def call_by_kind(typingctx: Any, parts: dict[type, Any], arguments: tuple[Any, ...]) -> tuple[Any, Any]:
-    """What an intrinsic returns that calls `parts[kind]` with its own arguments: the signature, and the maker of code."""
-    first = arguments[0]
-    kind = (first.pointee if isinstance(first, Ref) else first).instance_class
-    part = typingctx.resolve_value_type(parts[kind])
+    """Signature and code of an intrinsic that calls `parts[kind]` with its own arguments."""
+    part = typingctx.resolve_value_type(parts[_kind(arguments[0])])
     signature = typingctx.resolve_function_type(part, arguments, {})
 
     def codegen(context, builder, called, values):
         return context.get_function(part, signature)(builder, values)
 
     return signature, codegen
+
+
+def _kind(argument: Any) -> type:
+    return (argument.pointee if isinstance(argument, Ref) else argument).instance_class

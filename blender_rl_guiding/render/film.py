@@ -130,8 +130,8 @@ def add_sample(film, pixel, L, weight):
 
 @part
 def credit(film, pixel, weight, light, scattered):
-    """Count light to the pass of emission or direct light, if there are passes, by the scattering events that it needed."""
-    if film.passes.shape[0] > 0 and scattered <= 1:
+    """Count light to the pass of emission or direct light, by the scattering events that it needed."""
+    if scattered <= 1:
         column = EMISSION if scattered == 0 else DIRECT
         for c in range(3):
             film.passes[pixel, column + c] += weight * light[c]
@@ -139,16 +139,13 @@ def credit(film, pixel, weight, light, scattered):
 
 @part
 def hide(film, pixel, weight, share):
-    """Count a share of the pixel, RGB, to the transparent world, if there are passes."""
-    if film.passes.shape[0] > 0:
-        film.passes[pixel, ALPHA] += weight * (share[0] + share[1] + share[2]) * F(1 / 3)
+    """Count a share of the pixel, RGB, to the transparent world."""
+    film.passes[pixel, ALPHA] += weight * (share[0] + share[1] + share[2]) * F(1 / 3)
 
 
 @part
 def write_features(film, pixel, weight, axes, origin, x, n, colour):
-    """The passes of the first surface, if there are passes, seen by a camera with these axes; x is counted from `origin`."""
-    if film.passes.shape[0] == 0:
-        return
+    """The passes of the first surface, seen by a camera with these axes; x is counted from `origin`."""
     for c in range(3):
         film.passes[pixel, ALBEDO + c] += weight * colour[c]
         film.passes[pixel, SHADING_NORMAL + c] += weight * n[c]

@@ -2,7 +2,7 @@
 
 from ..bsdf import surface as bsdf
 from ..guiding import mixture
-from ..kernels import part
+from ..kernels import merged
 from ..kernels.sampling import F, dot, finer, luminance, multiply, scale, uniform2
 from ..lights.emitters import sample_light
 from ..tracing.geometry import off_surface
@@ -12,31 +12,28 @@ from .stage import RAYS
 from .visibility import ZERO, passes_on, seen_by, stands_alone
 
 
-@part
-def next_event(
-    stage, directions, nee, scratch, point, error, lobes_count, found, chance_straight, passages, scattered, key, dimension
-):
+@merged
+def next_event(stage, directions, nee, scratch, here, lobes_count, found, chance_straight, passages, scattered, key, dimension):
     """An estimate of the light that leaves a vertex towards wo because it arrived straight from lights, RGB.
 
     nee: whether all lights count; otherwise those alone that rays cannot hit.
-    point, error: the vertex, and how far from it its surface may be by rounding.
-    lobes_count, found: its lobes in `scratch`, and what is known of it to the guide.
+    here, lobes_count, found: the vertex, its lobes in `scratch`, and what is known of it to the guide.
     chance_straight: the probability that the path passes straight through it; passages: how often light may do so on its way to it.
     scattered: scattering events before it.
     key, dimension: the path's random numbers, and the first of them that are the vertex's own.
     """
-    lobes, n, ng, wo, x = scratch.lobes, point.n, point.ng, point.wo, point.x
+    lobes, x, n, ng, wo = scratch.lobes, here.x, here.n, here.ng, here.wo
     u, v = uniform2(key, dimension + LIGHT)
     choice = finer(*uniform2(key, dimension + EMITTER))
     # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
-    above = off_surface(x, ng, error)
+    above = off_surface(x, ng, here.error)
     wi, far, light, pdf_light, emitter = sample_light(
         stage.lights, stage.shading, stage.surface, scratch.registers, above, scattered + 1, choice, u, v
     )
     alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
     if not (nee or alone) or not luminance(light) > F(0):
         return ZERO
-    f, pdf, pdf_within = bsdf.evaluate_seen(lobes, lobes_count, ng, wo, wi, directions.reach, seen_by(stage, emitter))
+    f, pdf, pdf_within = bsdf.evaluate_seen(lobes, lobes_count, ng, wo, wi, mixture.reach(directions), seen_by(stage, emitter))
     if not luminance(f) > F(0):
         return ZERO
     if alone:
@@ -47,6 +44,6 @@ def next_event(
         light = scale(light, F(1) / (pdf_light + pdf * (F(1) - chance_straight)))
     if shadow:
         scratch.counts[RAYS] += 1
-        from_x, to_light, reach = shadow_ray(stage.surface, point.triangle, point.object, point.u, point.v, x, error, n, ng, wi, far)
+        from_x, to_light, reach = shadow_ray(stage.surface, here.triangle, here.object, here.u, here.v, x, here.error, n, ng, wi, far)
         light = multiply(light, passes_on(stage, passages, scratch, from_x, to_light, reach, scattered + 1))
     return multiply(f, light)

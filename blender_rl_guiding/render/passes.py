@@ -53,7 +53,8 @@ class PassTracer:
                 if bad >= 0:
                     y, x = divmod(bad, film.shape[1])
                     raise FloatingPointError(f"pixel ({x}, {y}) received radiance that is not a finite number")
-                rays, vertices, found = rays + int(memory.counts[RAYS]), vertices + int(memory.counts[RECORDABLE]), int(memory.counts[RECORDED])
+                counts = memory.counts
+                rays, vertices, found = rays + int(counts[RAYS]), vertices + int(counts[RECORDABLE]), int(counts[RECORDED])
                 if found:
                     recorded[start] = Transitions(*(array[:found].copy() for array in memory.transitions))
             return recorded, rays, vertices

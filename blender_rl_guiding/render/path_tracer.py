@@ -16,7 +16,7 @@ import numpy as np
 
 from ..bsdf import surface as bsdf
 from ..guiding import mixture
-from ..kernels import kernel, part
+from ..kernels import kernel, merged, part
 from ..kernels.pointers import ref
 from ..kernels.sampling import F, add, dot, luminance, multiply, scale, store, stream, uniform2, vector
 from ..scene.ray_kinds import CAMERA, DIFFUSE, GLOSSY, TRANSLUCENT, TRANSMISSION
@@ -41,6 +41,20 @@ class Events(NamedTuple):
     diffuse: np.int64
     glossy: np.int64
     transmission: np.int64
+
+
+class Vertex(NamedTuple):
+    """Where a path meets a surface."""
+
+    x: tuple[F, F, F]
+    error: F  # how far the surface may be from x by rounding
+    n: tuple[F, F, F]
+    ng: tuple[F, F, F]
+    wo: tuple[F, F, F]
+    triangle: np.int64
+    object: np.int64
+    u: F
+    v: F
 
 
 class Segment(NamedTuple):
@@ -77,6 +91,7 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
 def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, film):
     """One path from the camera to its end: the radiance L that it brings, RGB. Adds `weight` times its passes to the film's."""
     rays, registers, lobes, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.counts
+    features = film.passes.shape[0] > 0
     learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
     u, v = uniform2(key, FILM)
     lens_u, lens_v = uniform2(key, LENS)
@@ -106,9 +121,10 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
             if not hidden and stage.world_visibility & kind:
                 light = add(light, surroundings(stage, registers, ray, pdf, kind, events.total, limits.nee))
             L = add(L, multiply(beta, light))
-            credit(film, pixel, weight, multiply(beta, light), events.total)
-            if hidden:
-                hide(film, pixel, weight, beta)
+            if features:
+                credit(film, pixel, weight, multiply(beta, light), events.total)
+                if hidden:
+                    hide(film, pixel, weight, beta)
             if recorded:
                 write_transition(scratch, start, segment, ZERO, ZERO, segment.reward + segment.through * luminance(light), F(0))
             break
@@ -119,10 +135,10 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
         n, ng, behind = facing(stage.surface, rays, triangle, object_, ray)
         x, error = hit_point(stage.surface, triangle, object_, hit_u, hit_v)
         travelled += distance
-        point = ref(make_point(x, n, ng, wo, triangle, object_, hit_u, hit_v, behind, kind, travelled, events.total))
         if stage.plain[shader]:
             lobes_count, emitted, passing = bsdf.scatter_plain(vector(stage.albedo, shader), n, lobes), ZERO, ZERO
         else:
+            point = ref(make_point(x, n, ng, wo, triangle, object_, hit_u, hit_v, behind, kind, travelled, events.total))
             run(stage.shading, shader, point, registers)
             lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
 
@@ -134,7 +150,8 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
                 w = pdf / (pdf + pdf_light)
             light = add(light, scale(emitted, w))
         L = add(L, multiply(beta, light))
-        credit(film, pixel, weight, multiply(beta, light), events.total)
+        if features:
+            credit(film, pixel, weight, multiply(beta, light), events.total)
         segment = met(segment, luminance(light))
         colour = bsdf.albedo(lobes, lobes_count)
 
@@ -150,7 +167,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
             origin, near, far = off_surface(x, scale(ng, F(-1)), error), F(0), far - distance
             continue
         beta = scale(beta, F(1) / (F(1) - chance_straight))
-        if not seen:
+        if features and not seen:
             write_features(film, pixel, weight, stage.lens.axes, stage.shading.origin, x, n, colour)
         seen = True
 
@@ -176,17 +193,19 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
         found = mixture.find(directions, x, n, wo, lobes, lobes_count)
         if scatters and (limits.nee or limits.blind_lamps):
             passages = limits.transparent - transparent
+            here = Vertex(x, error, n, ng, wo, triangle, object_, hit_u, hit_v)
             arriving = next_event(
-                stage, directions, limits.nee, scratch, point, error, lobes_count, found, chance_straight, passages, events.total, key, dimension
+                stage, directions, limits.nee, scratch, here, lobes_count, found, chance_straight, passages, events.total, key, dimension
             )
             L = add(L, multiply(beta, arriving))
-            credit(film, pixel, weight, multiply(beta, arriving), events.total + 1)
+            if features:
+                credit(film, pixel, weight, multiply(beta, arriving), events.total + 1)
             if slot >= 0:
                 scratch.transitions.reward[slot] += luminance(arriving)
 
         # --- next direction: beta f / pdf ---------------------------------------------------------------------------------------
         # Looking towards the light may have run other shaders, but the lobes are still those of x.
-        ray, label, factor, pdf = next_direction(directions, lobes, lobes_count, found, point, key, dimension)
+        ray, label, factor, pdf = next_direction(directions, lobes, lobes_count, found, n, ng, wo, key, dimension)
         if luminance(factor) <= F(0):
             break
         beta = multiply(beta, factor)
@@ -203,13 +222,12 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
     return L
 
 
-@part
-def next_direction(directions, lobes, count, found, point, key, dimension):
+@merged
+def next_direction(directions, lobes, count, found, n, ng, wo, key, dimension):
     """Draw wi: the direction, its label (see `bsdf.sample`), f / pdf, and the pdf, 0 where there is no density.
 
     f / pdf is zero where the path ends.
     """
-    n, ng, wo = point.n, point.ng, point.wo
     u, v = uniform2(key, dimension + DIRECTION)
     lobe, rest = np.int64(0), F(0)
     if count > 1 or found.share > F(0):
@@ -223,7 +241,7 @@ def next_direction(directions, lobes, count, found, point, key, dimension):
         return wi, label, ZERO, F(0)
     if label & bsdf.SINGULAR:
         return wi, label, scale(bsdf.singular(lobes, lobe, ng, wo, wi, label), F(1) / bsdf.chance(lobes, lobe)), F(0)
-    f, pdf, pdf_within = bsdf.evaluate(lobes, count, ng, wo, wi, directions.reach)
+    f, pdf, pdf_within = bsdf.evaluate(lobes, count, ng, wo, wi, mixture.reach(directions))
     pdf = mixture.pdf(directions, found, n, wo, wi, pdf, pdf_within)
     return wi, label, scale(f, F(1) / pdf) if pdf > F(0) else ZERO, pdf
 
@@ -240,9 +258,7 @@ def reached(limits, events):
 def counted(events, kind):
     """The events and one more, after which the ray is of this kind."""
     transmitted = (kind & (TRANSMISSION | TRANSLUCENT)) > 0
-    return Events(
-        events.total + 1, events.diffuse + (kind == DIFFUSE), events.glossy + (kind == GLOSSY), events.transmission + transmitted
-    )
+    return Events(events.total + 1, events.diffuse + (kind == DIFFUSE), events.glossy + (kind == GLOSSY), events.transmission + transmitted)
 
 
 @part
