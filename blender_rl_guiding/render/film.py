@@ -129,26 +129,26 @@ def add_sample(film, pixel, L, weight):
 
 
 @part
-def credit(film, pixel, weight, light, scattered):
+def credit(passes, pixel, weight, light, scattered):
     """Count light to the pass of emission or direct light, by the scattering events that it needed."""
     if scattered <= 1:
         column = EMISSION if scattered == 0 else DIRECT
         for c in range(3):
-            film.passes[pixel, column + c] += weight * light[c]
+            passes[pixel, column + c] += weight * light[c]
 
 
 @part
-def hide(film, pixel, weight, share):
+def hide(passes, pixel, weight, share):
     """Count a share of the pixel, RGB, to the transparent world."""
-    film.passes[pixel, ALPHA] += weight * (share[0] + share[1] + share[2]) * F(1 / 3)
+    passes[pixel, ALPHA] += weight * (share[0] + share[1] + share[2]) * F(1 / 3)
 
 
 @part
-def write_features(film, pixel, weight, axes, origin, x, n, colour):
+def write_features(passes, pixel, weight, axes, origin, x, n, colour):
     """The passes of the first surface, seen by a camera with these axes; x is counted from `origin`."""
     for c in range(3):
-        film.passes[pixel, ALBEDO + c] += weight * colour[c]
-        film.passes[pixel, SHADING_NORMAL + c] += weight * n[c]
-        film.passes[pixel, POSITION + c] += weight * (origin[c] + x[c])
+        passes[pixel, ALBEDO + c] += weight * colour[c]
+        passes[pixel, SHADING_NORMAL + c] += weight * n[c]
+        passes[pixel, POSITION + c] += weight * (origin[c] + x[c])
     depth = (axes[3, 0] - x[0]) * axes[2, 0] + (axes[3, 1] - x[1]) * axes[2, 1] + (axes[3, 2] - x[2]) * axes[2, 2]
-    film.passes[pixel, DEPTH] += weight * depth
+    passes[pixel, DEPTH] += weight * depth

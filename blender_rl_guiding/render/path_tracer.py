@@ -81,17 +81,17 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
         for sample in range(first_sample, first_sample + samples):
             key = stream(seed, pixel, sample, limits.stratified)
             weight = F((sample + 1) ** limits.emphasis) if limits.emphasis > 0.0 else F(1)
-            L = trace_path(stage, directions, limits, share, pixel, key, weight, scratch, film)
+            L = trace_path(stage, directions, limits, share, pixel, key, weight, scratch, film.passes)
             if not add_sample(film, pixel, L, weight) and bad < 0:
                 bad = pixel
     return bad
 
 
 @part
-def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, film):
-    """One path from the camera to its end: the radiance L that it brings, RGB. Adds `weight` times its passes to the film's."""
+def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, passes):
+    """One path from the camera to its end: the radiance L that it brings, RGB. Adds `weight` times the pixel's `passes` if there are any."""
     rays, registers, lobes, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.counts
-    features = film.passes.shape[0] > 0
+    features = passes.shape[0] > 0
     learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
     u, v = uniform2(key, FILM)
     lens_u, lens_v = uniform2(key, LENS)
@@ -122,9 +122,9 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
                 light = add(light, surroundings(stage, registers, ray, pdf, kind, events.total, limits.nee))
             L = add(L, multiply(beta, light))
             if features:
-                credit(film, pixel, weight, multiply(beta, light), events.total)
+                credit(passes, pixel, weight, multiply(beta, light), events.total)
                 if hidden:
-                    hide(film, pixel, weight, beta)
+                    hide(passes, pixel, weight, beta)
             if recorded:
                 write_transition(scratch, start, segment, ZERO, ZERO, segment.reward + segment.through * luminance(light), F(0))
             break
@@ -150,9 +150,9 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
                 w = pdf / (pdf + pdf_light)
             light = add(light, scale(emitted, w))
         L = add(L, multiply(beta, light))
-        if features:
-            credit(film, pixel, weight, multiply(beta, light), events.total)
         segment = met(segment, luminance(light))
+        if features:
+            credit(passes, pixel, weight, multiply(beta, light), events.total)
         colour = bsdf.albedo(lobes, lobes_count)
 
         # --- passing straight ------------------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
             continue
         beta = scale(beta, F(1) / (F(1) - chance_straight))
         if features and not seen:
-            write_features(film, pixel, weight, stage.lens.axes, stage.shading.origin, x, n, colour)
+            write_features(passes, pixel, weight, stage.lens.axes, stage.shading.origin, x, n, colour)
         seen = True
 
         # --- the segment that led here is complete, unless light can arrive from one direction only ------------------------------
@@ -199,7 +199,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, fi
             )
             L = add(L, multiply(beta, arriving))
             if features:
-                credit(film, pixel, weight, multiply(beta, arriving), events.total + 1)
+                credit(passes, pixel, weight, multiply(beta, arriving), events.total + 1)
             if slot >= 0:
                 scratch.transitions.reward[slot] += luminance(arriving)
 
