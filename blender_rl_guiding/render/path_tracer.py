@@ -89,7 +89,7 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
 
 @part
 def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, passes):
-    """One path from the camera to its end: the radiance L that it brings, RGB. Adds `weight` times the pixel's `passes` if there are any."""
+    """One path from the camera to its end: the radiance L that it brings, RGB. Adds `weight` times the pixel's `passes`, if any."""
     rays, registers, lobes, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.counts
     features = passes.shape[0] > 0
     learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
