@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blender_rl_guiding.bsdf import surface
+from blender_rl_guiding.bsdf.lobe import DIFFUSE_REFLECTION, ROUGH_REFLECTION
 from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.kernels.pointers import ref
 from blender_rl_guiding.kernels.sampling import F, store, vector
@@ -13,6 +14,7 @@ from blender_rl_guiding.shading.operands import KINDS, NONE, Point, Shading
 from blender_rl_guiding.shading.program import closure_inputs
 
 Closure = tuple[str, dict]  # kind, inputs other than the defaults; "weight" among them
+DIFFUSE, ROUGH = np.int64(DIFFUSE_REFLECTION), np.int64(ROUGH_REFLECTION)  # reach of guides
 
 
 def shading_of(*closures: Closure) -> Shading:
@@ -67,9 +69,9 @@ def _scatter(shading, point, registers, lobes):
 
 
 @kernel
-def _evaluate(lobes, count, ng, wo, wi, f, pdf):
+def _evaluate(lobes, count, ng, wo, wi, reach, f, pdf):
     for i in range(len(wi)):
-        value, pdf[i, 0], pdf[i, 1] = surface.evaluate(lobes, count, ng, wo, vector(wi, i))
+        value, pdf[i, 0], pdf[i, 1] = surface.evaluate(lobes, count, ng, wo, vector(wi, i), reach)
         store(f, i, value)
 
 
@@ -90,10 +92,10 @@ def _pick(lobes, count, u, picked, rest):
 
 
 @kernel
-def _summary(lobes, count, chances):
+def _summary(lobes, count, reach, chances):
     for k in range(count):
         chances[k] = surface.chance(lobes, k)
-    return surface.albedo(lobes, count), surface.guidable(lobes, count)
+    return surface.albedo(lobes, count), surface.chance_within(lobes, count, reach)
 
 
 @dataclass(frozen=True)
@@ -106,10 +108,10 @@ class Surface:
     emission: np.ndarray
     transparency: np.ndarray
 
-    def evaluate(self, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f |cos| (n, 3), density and guidable density (n,) of directions (n, 3)."""
+    def evaluate(self, wi: np.ndarray, reach: np.int64 = DIFFUSE) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """f |cos| (n, 3), density, and density of the lobes within reach (n,) of directions (n, 3)."""
         f, pdf = np.empty((len(wi), 3), np.float32), np.empty((len(wi), 2), np.float32)
-        _evaluate(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(wi, np.float32), f, pdf)
+        _evaluate(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(wi, np.float32), reach, f, pdf)
         return f, pdf[:, 0], pdf[:, 1]
 
     def sample(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -124,11 +126,11 @@ class Surface:
         _pick(self.lobes, self.count, np.ascontiguousarray(u, np.float32), picked, rest)
         return picked, rest
 
-    def summary(self) -> tuple[np.ndarray, float, np.ndarray]:
-        """The estimated albedo, RGB, the probability of a guidable lobe, and that of each lobe."""
+    def summary(self, reach: np.int64 = DIFFUSE) -> tuple[np.ndarray, float, np.ndarray]:
+        """The estimated albedo, RGB, the probability of a lobe within reach, and that of each lobe."""
         chances = np.empty(self.count, np.float32)
-        albedo, guidable = _summary(self.lobes, self.count, chances)
-        return np.array(albedo), float(guidable), chances
+        albedo, within = _summary(self.lobes, self.count, reach, chances)
+        return np.array(albedo), float(within), chances
 
 
 def surface_of(*closures: Closure, wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Surface:

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from blender_rl_guiding.guiding import directions as guide
+from blender_rl_guiding.guiding import mixture
+from blender_rl_guiding.guiding.directions import Directions, one_cell
 from blender_rl_guiding.guiding.patches import mean_cosines, patch_of, sample_patch
 from blender_rl_guiding.kernels import kernel, sampling
+from blender_rl_guiding.kernels.sampling import F
 from tests.significance import assert_distributed, assert_uniform, hemisphere_counts, hemisphere_masses
 
 N = 400_000
@@ -103,30 +105,33 @@ def test_mean_cosine_of_each_patch():
 
 @kernel
 def draw_table(directions, row, u, out):
+    up = F(0), F(0), F(1)
     for i in range(len(u)):
-        sampling.store(out, i, guide.sample_table(directions, row, u[i, 0], u[i, 1], u[i, 2]))
+        found = mixture.Found(F(0), F(1), row)
+        sampling.store(out, i, mixture.sample(directions, found, up, up, u[i, 0], u[i, 1], u[i, 2]))
 
 
 @kernel
 def table_pdf(directions, row, wi, out):
+    up = F(0), F(0), F(1)
     for i in range(len(wi)):
-        out[i] = guide.table_pdf(directions, row, sampling.vector(wi, i))
+        out[i] = mixture.pdf(directions, mixture.Found(F(0), F(1), row), up, up, sampling.vector(wi, i), F(0), F(0))
 
 
-def pdf_of(directions: guide.Directions, row: int, wi: np.ndarray) -> np.ndarray:
+def pdf_of(directions: Directions, row: int, wi: np.ndarray) -> np.ndarray:
     out = np.empty(len(wi), np.float32)
     table_pdf(directions, row, wi, out)
     return out
 
 
-def made_up() -> guide.Directions:
+def made_up() -> Directions:
     """Cell 0: anything; 1: half of the patches never; 2: all in one patch; 3: all alike."""
     weights = np.random.default_rng(5).exponential(size=(4, ROWS * COLUMNS))
     weights[1, ::2] = 0
     weights[2] = np.arange(ROWS * COLUMNS) == 9
     weights[3] = 1
     cdf = weights.cumsum(axis=1)
-    return guide.one_cell(0.0)._replace(patch_rows=ROWS, patch_columns=COLUMNS, cdf=(cdf / cdf[:, -1:]).astype(np.float32))
+    return one_cell(0.0)._replace(patch_rows=ROWS, patch_columns=COLUMNS, cdf=(cdf / cdf[:, -1:]).astype(np.float32))
 
 
 @pytest.mark.parametrize("row", range(4))
@@ -149,4 +154,4 @@ def test_nothing_is_guided_below_the_horizon():
 
 def test_one_cell_is_the_hemisphere():
     wi = np.array([(0.6, 0, 0.8), (0, -0.8, 0.6)], np.float32)
-    np.testing.assert_allclose(pdf_of(guide.one_cell(0.0), 0, wi), 1 / (2 * np.pi), rtol=1e-6)
+    np.testing.assert_allclose(pdf_of(one_cell(0.0), 0, wi), 1 / (2 * np.pi), rtol=1e-6)

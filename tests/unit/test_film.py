@@ -5,8 +5,7 @@ import pytest
 
 from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.kernels.sampling import vector
-from blender_rl_guiding.render.film import PASSES, Film
-from blender_rl_guiding.render.path_tracer import ALPHA, DIRECT, EMISSION, add_sample
+from blender_rl_guiding.render.film import ALPHA, DIRECT, EMISSION, PASSES, Film, add_sample
 
 COUNTS = np.array([5, 2, 1, 0, 5, 3])  # samples of each pixel
 
