@@ -5,7 +5,6 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from datetime import timedelta
 
-from .probe import learns
 from .tasks import Outcome, Pace, Task
 
 
@@ -67,4 +66,4 @@ def _likenesses(task: Task) -> Iterator[tuple[str, ...]]:
     """What runs that take about as long have in common, the best likeness first. Learning takes longer than all else."""
     yield task.method, task.scene.name
     yield (task.method,)
-    yield ("", task.settings.guide.kind if learns(task.settings.guide) else "")
+    yield ("", task.settings.guide.kind if task.settings.guide.learns else "")

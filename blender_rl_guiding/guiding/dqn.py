@@ -12,14 +12,16 @@ from typing import Any
 import numpy as np
 import torch
 
+from ..guide_settings import DQN
+from ..memory import GUESSED, Part
 from ..scene.data import SceneData
-from ..settings import DQN
-from .base import OnStep, Transitions, unheard
+from .base import TRANSITION, OnStep, Transitions, unheard
+from .cell_count import cells_found
 from .cells import CellTable, cell_size
-from .directions import Directions, one_cell
 from .network import QNetwork, soft_update, target_of
 from .optimisers import make_optimiser
-from .patches import mean_cosines, patches_of
+from .patch_guide import PatchGuide
+from .patches import patches_of
 from .replay import ReplayMemory
 from .saved import Arrays, Saved, below
 
@@ -28,7 +30,7 @@ MEAN_REWARD = 0.1  # what rewards are scaled to, so that the network's outputs h
 SMALL_Q = 0.01  # what the relative error adds to Q squared
 
 
-class DQNGuide:
+class DQNGuide(PatchGuide):
     """See `Guide`.
 
     Departs from the method as published: (1) the tracer reads the network through a table over cells; (2) rewards are scaled to
@@ -40,34 +42,49 @@ class DQNGuide:
         torch.set_num_threads(TORCH_THREADS)
         _keep_freed_memory()
         torch.manual_seed(seed)
-        self._settings = settings
-        self._rng = np.random.default_rng(seed)
         low, high = scene.bounds
+        super().__init__(settings, CellTable(low, cell_size(scene, settings.cells)))
+        self._training = settings
+        self._rng = np.random.default_rng(seed)
         self._centre, self._half = (low + high) / 2, np.maximum(high - low, 1e-6) / 2
-        self.cells = CellTable(low, cell_size(scene, settings.cells))
         self._memory = ReplayMemory(settings.memory)
         self._online = QNetwork(settings)
         self._target = target_of(self._online)
         self._optimiser = make_optimiser(self._online.parameters(), settings)
-        self._cosines = torch.from_numpy(mean_cosines(settings.rows, settings.columns))
+        self._weights = torch.from_numpy(self._cosines)  # of the patches in what leaves a point
         self._scale = 0.0  # on rewards; 0 while no light was found
         self._steps = 0
-        self._directions = one_cell(bsdf_fraction=1.0)
 
-    def directions(self) -> Directions:
-        return self._directions
+    @classmethod
+    def memory(cls, settings: DQN, scene: SceneData, visits: float, rough: bool) -> list[Part]:
+        cells, patches = visits if rough else cells_found(scene, settings.cells, visits), settings.rows * settings.columns
+        inside = sum(settings.widths()[:-1]) + sum(settings.encoder.layers_of_its_own())
+        shown = min(settings.batch, settings.memory, visits) * 4 * (2 * inside + 2 * settings.width + 3 * patches)
+        table = cells * (300 + 24 * patches + 8 * inside)
+        return [
+            Part("replay memory", TRANSITION * min(settings.memory, visits), "the guide's memory", GUESSED),
+            Part("network", 28.0 * settings.trained(), "the guide's width or layers"),
+            Part("activations of a batch", float(shown), "the guide's batch, width or layers"),
+            Part("table", table, "the guide's cells, rows or columns", GUESSED),
+        ]
 
     def wanted(self) -> int:
-        return self._settings.recorded if self._steps_to_do() > 0 else 0
+        return self._training.recorded if self._steps_to_do() > 0 else 0
+
+    def work(self, taken: int, passes: int) -> tuple[int, int]:
+        """In training steps."""
+        s = self._training
+        to_come = max(0, s.first_steps - self._steps) + passes * s.steps
+        return self._steps, min(to_come, s.max_steps - self._steps)
 
     def _steps_to_do(self) -> int:
         """Training steps after the next pass, if there is enough to learn from by then."""
-        s = self._settings
+        s = self._training
         return min(s.steps if self._steps else s.first_steps, s.max_steps - self._steps)
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         """Remember the pass, train, and lay the network out as a table."""
-        settings, steps = self._settings, self._steps_to_do()
+        settings, steps = self._training, self._steps_to_do()
         if steps <= 0:
             return {}  # a cell more would have no row in the table
         self.cells.insert(transitions.position, transitions.normal)
@@ -83,7 +100,7 @@ class DQNGuide:
             self._steps += 1
             on_step(self._steps)
         trained = time.perf_counter()
-        self._directions = self._tabulate()
+        self._tabulate()
         seconds = {"train_seconds": trained - start, "infer_seconds": time.perf_counter() - trained}
         return {"loss": float(np.mean(losses)), "losses": losses, "steps": self._steps, "cells": self.cells.count} | seconds
 
@@ -97,15 +114,15 @@ class DQNGuide:
         """Directions follow from the rest."""
         for name, tensor in self._tensors().items():
             tensor.copy_(torch.from_numpy(saved.array(name, np.float32, *tensor.shape)))
-        self._steps = self._optimiser.steps = saved.whole("steps", 0, self._settings.max_steps)
-        if self._steps and not self._settings.first_steps:
+        self._steps = self._optimiser.steps = saved.whole("steps", 0, self._training.max_steps)
+        if self._steps and not self._training.first_steps:
             raise ValueError(f"{self._steps} steps of training, where there is none")
         self._scale = float(saved.array("scale", np.float64))
         _restore(self._rng, saved)
         self.cells.restore(saved.below("cells"))
         self._memory.restore(saved.below("memory"))
         if self._steps:
-            self._directions = self._tabulate()
+            self._tabulate()
 
     def _tensors(self) -> dict[str, torch.Tensor]:
         """All that training changes."""
@@ -122,7 +139,7 @@ class DQNGuide:
         The target is that of w-, through which no gradient flows. C-DQN takes for each transition the larger of that loss and the one
         whose target is that of w itself, where the gradient flows through both (Wang and Ueda 2022).
         """
-        s = self._settings
+        s = self._training
         patches = np.empty(len(batch.reward), np.int64)
         patches_of(s.rows, s.columns, batch.normal, batch.direction, patches)
         q = self._online.of_patch(*self._state(batch.position, batch.normal), torch.from_numpy(patches))
@@ -141,7 +158,7 @@ class DQNGuide:
 
     def _expected_sarsa(self, batch: Transitions, network: QNetwork) -> torch.Tensor:
         """r + (2 pi / N) sum_k Q(s', k) albedo / pi cos(theta_k), with the cosine's exact mean over each patch."""
-        arriving = network(*self._state(batch.next_position, batch.next_normal)) @ self._cosines
+        arriving = network(*self._state(batch.next_position, batch.next_normal)) @ self._weights
         reward, albedo = torch.from_numpy(batch.reward), torch.from_numpy(batch.albedo)
         return reward * self._scale + albedo * (2 / len(self._cosines)) * arriving
 
@@ -151,15 +168,9 @@ class DQNGuide:
         return self._online(*self._state(*self.cells.states())).numpy() / self._scale
 
     @torch.no_grad()
-    def _tabulate(self) -> Directions:
+    def _tabulate(self) -> None:
         """Patch probabilities of every cell by the online network."""
-        s = self._settings
-        weights = self._online(*self._state(*self.cells.states()))
-        if s.weights == "product":
-            weights = weights * self._cosines
-        cdf = weights.double().cumsum(1)
-        cdf = (cdf / cdf[:, -1:]).float().numpy()
-        return Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self.cells.cells, cdf)
+        self._lay_out(self._online(*self._state(*self.cells.states())).numpy())
 
     def _state(self, position: np.ndarray, normal: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
         """x in [-1, 1]^3 by the scene's bounds, and n."""
@@ -188,3 +199,6 @@ def _keep_freed_memory() -> None:
         mallopt = ctypes.CDLL(None).mallopt
         mallopt(-3, 32 << 20)  # M_MMAP_THRESHOLD, its largest value
         mallopt(-1, 256 << 20)  # M_TRIM_THRESHOLD
+
+
+GUIDE = DQNGuide

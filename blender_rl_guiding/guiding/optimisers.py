@@ -7,7 +7,7 @@ from typing import Protocol
 import torch
 from torch import Tensor
 
-from ..settings import DQN
+from ..guide_settings import DQN
 
 _BETA1, _BETA2, _EPSILON = 0.9, 0.999, 1e-8
 

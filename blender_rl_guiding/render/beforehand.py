@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from ..errors import InputError
-from ..memory import available, free, in_words
+from ..memory import MEASURED, available, free, in_words
 from ..notices import tell
 from ..scene import chance
 from ..scene.data import ARRAYS, SceneData
 from ..settings import Machine, Render
-from .needs import MEASURED, PROGRAM, needs
+from .needs import PROGRAM, needs
 
 
 def forewarn(scene: SceneData, methods: Sequence[Render], machine: Machine, at_once: int = 1) -> None:

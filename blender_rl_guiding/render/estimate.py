@@ -1,6 +1,6 @@
 """How far a render has come, and how long it will still take: samples take equally long, and so do training steps."""
 
-from ..settings import DQN, Render
+from ..settings import Render
 from .result import Result
 
 
@@ -19,8 +19,5 @@ def share(state: Result, settings: Render) -> float:
 
 
 def _learning(state: Result, settings: Render) -> tuple[int, int]:
-    """How much is learnt, and how much is to come: steps of training, or passes of a sample. Nothing is learnt from the last pass."""
-    guide, done, passes = settings.guide, state.taken, max(0, settings.spp - 1 - state.taken)
-    if not isinstance(guide, DQN):
-        return done, passes
-    return state.steps, min(max(0, guide.first_steps - state.steps) + passes * guide.steps, guide.max_steps - state.steps)
+    """Units of learning that are done, and that are to come. Nothing is learnt from the last pass."""
+    return state.guide.work(state.taken, max(0, settings.spp - 1 - state.taken))

@@ -9,29 +9,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..guiding.cell_count import cells_found
-from ..memory import available, in_words
+from ..guiding import guide_class
+from ..guiding.base import TRANSITION
+from ..memory import GUESSED, Part, available, in_words
 from ..scene.data import SceneData
 from ..scene.description import emits
 from ..scene.instances import placed, runs
-from ..settings import DQN, Machine, QTable, Render
-from ..sizes import sizes
+from ..settings import Machine, Render
 from .path_tracer import MOST_LEARNT
 from .stage import wants_passes
 
-TRANSITION = 68  # bytes of one
 PROGRAM = 250e6  # bytes of a process that renders, before it has a scene
-# At least this much of what is told was taken: of what follows from sizes, and of what depends on where paths go, as cells of guides do.
-MEASURED, GUESSED = 0.75, 0.4
-
-
-class Part(NamedTuple):
-    """One of those that memory goes to."""
-
-    name: str
-    bytes: float
-    lower: str  # what makes it less
-    sure: float = MEASURED  # share of `bytes` that is taken whatever happens
 
 
 class Needs(NamedTuple):
@@ -104,31 +92,16 @@ def _attributes(scene: SceneData) -> Part:
 
 
 def _learning(scene: SceneData, settings: Render, machine: Machine, rough: bool) -> list[Part]:
+    """The transitions of a pass, and the guide's own parts."""
     guide = settings.guide
-    if not isinstance(guide, QTable | DQN):
+    if not guide.learns:
         return []
     bounces = (settings.max_bounces if settings.max_bounces >= 0 else scene.bounces.total) + 1
     # Of a path as many vertices are counted as half of its limit.
     each_pass = min(guide.recorded, scene.camera.width * scene.camera.height * min(bounces, MOST_LEARNT) / 2)
-    visits = each_pass * max(settings.spp - 1, 1)
     threads = machine.threads or os.cpu_count() or 1
     room = threads * machine.batch * min(bounces, MOST_LEARNT) * TRANSITION
     size = 2.2 * TRANSITION * each_pass + min(room, TRANSITION * each_pass)
     recorded = Part("transitions of a pass", size, "the guide's recorded", GUESSED)
-    cells, patches = visits if rough else cells_found(scene, guide.cells, visits), guide.rows * guide.columns
-    if isinstance(guide, QTable):
-        return [recorded, Part("table", cells * (400 + 50 * patches), "the guide's cells, rows or columns", GUESSED)]
-    return [recorded, *_network(guide, cells, patches, visits)]
-
-
-def _network(guide: DQN, cells: float, patches: int, visits: float) -> list[Part]:
-    network = sizes(guide)
-    inside = sum(network.widths[:-1]) + sum(network.encoder)
-    shown = min(guide.batch, guide.memory, visits) * 4 * (2 * inside + 2 * guide.width + 3 * patches)
-    table = cells * (300 + 24 * patches + 8 * inside)
-    return [
-        Part("replay memory", TRANSITION * min(guide.memory, visits), "the guide's memory", GUESSED),
-        Part("network", 28.0 * network.parameters, "the guide's width or layers"),
-        Part("activations of a batch", float(shown), "the guide's batch, width or layers"),
-        Part("table", table, "the guide's cells, rows or columns", GUESSED),
-    ]
+    visits = each_pass * max(settings.spp - 1, 1)
+    return [recorded, *guide_class(guide).memory(guide, scene, visits, rough)]

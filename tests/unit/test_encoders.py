@@ -53,7 +53,7 @@ def states(count: int, seed: int = 2, dtype: torch.dtype = torch.float32) -> tup
 def test_width_and_type(settings):
     encoder = seeded(settings)
     encoded = encoder(*states(7))
-    assert encoded.shape == (7, encoder.width)
+    assert encoded.shape == (7, settings.outputs())
     assert encoded.dtype == torch.float32
 
 
@@ -101,7 +101,7 @@ def test_finite_at_the_corners(settings):
 def test_gradients_are_those_of_finite_differences(settings):
     encoder = seeded(settings).double()
     x, n = (leaf.requires_grad_() for leaf in states(20, dtype=torch.float64))
-    weights = torch.randn(20, encoder.width, dtype=torch.float64)
+    weights = torch.randn(20, settings.outputs(), dtype=torch.float64)
     assert_gradients(lambda: (encoder(x, n) * weights).sum(), (x, n, *encoder.parameters()))
 
 
@@ -275,7 +275,7 @@ def test_bspline_by_its_formula(settings):
                 widths = [v / sum(exponentials) for v in exponentials]
                 features.append(feature((point[axis].item() + 1) / 2, weights, widths))
         rows.append(features)
-    assert len(rows[0]) == encoder.width - 6
+    assert len(rows[0]) == settings.outputs() - 6
     np.testing.assert_allclose(encoder(x, n).detach(), np.concatenate([x, n, rows], axis=1), atol=1e-12)
 
 

@@ -4,17 +4,26 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.guiding import make_guide
+from blender_rl_guiding.guiding.base import Guide
 from blender_rl_guiding.render import Result
 from blender_rl_guiding.render.estimate import left, share
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.settings import BSDF, DQN, QTable, Render
 from tests import scenes
 
-LEARNER = DQN(first_steps=300, steps=20)
+
+class Working(Guide):
+    """A guide that has learnt so much, and has so much to learn."""
+
+    def __init__(self, done: int, to_come: int) -> None:
+        self._work = done, to_come
+
+    def work(self, taken: int, passes: int) -> tuple[int, int]:
+        return self._work
 
 
-def state(samples: int, seconds: float, learning: float = 0.0, steps: int = 0) -> Result:
-    return Result(Film(2, 2), make_guide(BSDF(), scenes.tiny(2), 0), seconds, learning, samples, steps)
+def state(samples: int, seconds: float, learning: float = 0.0, guide: Guide | None = None) -> Result:
+    return Result(Film(2, 2), guide or make_guide(BSDF(), scenes.tiny(2), 0), seconds, learning, samples)
 
 
 @pytest.mark.parametrize(
@@ -23,11 +32,9 @@ def state(samples: int, seconds: float, learning: float = 0.0, steps: int = 0) -
         (Render(spp=32), state(8, 4.0), 12.0),
         (Render(spp=32, seconds=5.0), state(8, 4.0), 1.0),
         (Render(spp=11, guide=QTable()), state(1, 3.0, 2.0), 10 * 1.0 + 9 * 2.0),
-        (Render(spp=11, guide=LEARNER), state(1, 16.0, 15.0, steps=150), 10 * 1.0 + (150 + 9 * 20) * 0.1),  # in the midst of training
-        (Render(spp=11, guide=LEARNER), state(1, 31.0, 30.0, steps=300), 10 * 1.0 + 9 * 20 * 0.1),
-        (Render(spp=11, guide=LEARNER), state(2, 4.0), 9 * 2.0),  # nothing to learn from yet
-        (Render(spp=11, guide=DQN(first_steps=300, steps=20, max_steps=310)), state(1, 31.0, 30.0, steps=300), 10 * 1.0 + 10 * 0.1),
-        (Render(spp=11, guide=LEARNER), state(11, 60.0, 48.0, steps=480), 0.0),
+        (Render(spp=11), state(1, 16.0, 15.0, Working(150, 330)), 10 * 1.0 + 330 * 0.1),
+        (Render(spp=11), state(2, 4.0, 0.0, Working(0, 330)), 9 * 2.0),  # nothing is known of learning yet
+        (Render(spp=11), state(11, 60.0, 48.0, Working(480, 0)), 0.0),
     ],
 )
 def test_seconds_that_remain(settings: Render, at: Result, expected: float):

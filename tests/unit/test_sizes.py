@@ -3,11 +3,11 @@
 from typing import get_args
 
 import pytest
+import torch
 from torch import nn
 
 from blender_rl_guiding.guiding.network import QNetwork
 from blender_rl_guiding.settings import DQN, RBF, BSpline, Encoder, Frequency, NoEncoding
-from blender_rl_guiding.sizes import sizes
 
 ENCODERS = (
     NoEncoding(),
@@ -34,8 +34,8 @@ def test_all_encoders_are_here():
 def test_sizes_are_those_of_the_network(encoder: Encoder, layers: int):
     settings = DQN(encoder=encoder, layers=layers, width=17, rows=3, columns=5)
     network = QNetwork(settings)
-    said = sizes(settings)
-    assert said.widths == (network.encoder.width, *[17] * (layers - 1), 15)
-    assert said.widths[1:] == (*dense(network.hidden)[1:], network.last.out_features)
-    assert said.encoder == dense(network.encoder)
-    assert said.parameters == sum(parameter.numel() for parameter in network.parameters())
+    x, n = torch.zeros(2, 3), torch.ones(2, 3)
+    assert settings.widths() == (network.encoder(x, n).shape[1], *[17] * (layers - 1), 15)
+    assert settings.widths()[1:] == (*dense(network.hidden)[1:], network.last.out_features)
+    assert encoder.layers_of_its_own() == dense(network.encoder)
+    assert settings.trained() == sum(parameter.numel() for parameter in network.parameters())
