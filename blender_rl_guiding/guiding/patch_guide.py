@@ -1,18 +1,22 @@
 """What `qtable` and `dqn` share: an estimate Q of the incident radiance over cells and patches, and a table of patch probabilities."""
 
+from typing import Generic, TypeVar
+
 import numpy as np
 
 from ..guide_settings import DQN, QTable
-from .base import Guide, Learnt
+from .base import Guide, Learnt, Transitions
 from .cells import CellTable
 from .directions import UNKNOWN, Directions, one_cell
-from .patches import mean_cosines
+from .patches import mean_cosines, patches_of
+
+S = TypeVar("S", QTable, DQN)
 
 
-class PatchGuide(Guide):
+class PatchGuide(Guide, Generic[S]):
     """Before its first table it leaves directions to the material."""
 
-    def __init__(self, settings: QTable | DQN, cells: CellTable) -> None:
+    def __init__(self, settings: S, cells: CellTable) -> None:
         self._settings, self.cells = settings, cells
         self._grid = settings.rows, settings.columns
         self._cosines = mean_cosines(*self._grid)
@@ -34,6 +38,12 @@ class PatchGuide(Guide):
             return None
         chances = np.diff(self._directions.cdf[row], prepend=np.float32(0))
         return Learnt(self.q()[row].reshape(self._grid), chances.reshape(self._grid))
+
+    def _patches(self, t: Transitions) -> np.ndarray:
+        """The patch that the direction of each transition passes through, (n,) int64."""
+        patches = np.empty(len(t.reward), np.int64)
+        patches_of(*self._grid, t.normal, t.direction, patches)
+        return patches
 
     def _forget(self) -> None:
         """Leave directions to the material."""

@@ -19,7 +19,6 @@ from .cell_count import cells_found
 from .cells import CellTable, cell_size
 from .directions import UNKNOWN
 from .patch_guide import PatchGuide
-from .patches import patches_of
 from .saved import Arrays, Saved, below
 
 Parents = list[tuple[np.ndarray, int]]
@@ -27,7 +26,7 @@ LARGEST = 1e30
 LEAST = np.float32(0.01)  # of the mean over the patches, so that none is ever ruled out
 
 
-class QTableGuide(PatchGuide):
+class QTableGuide(PatchGuide[QTable]):
     """See `Guide`."""
 
     def __init__(self, settings: QTable, scene: SceneData, seed: int) -> None:
@@ -35,7 +34,6 @@ class QTableGuide(PatchGuide):
         size = cell_size(scene, settings.cells)
         self._levels = [CellTable(scene.bounds[0], size * 2**level) for level in range(settings.levels)]
         super().__init__(settings, self._levels[0])
-        self._prior, self._by_squares = np.float32(settings.prior), settings.second_moment
         nothing = np.zeros((0, len(self._cosines)), np.float32)
         # Of each cell and patch, (C, N) float32: visits, and the means of the targets and of their squares.
         self._visits, self._q, self._squares = nothing, nothing, nothing
@@ -58,10 +56,8 @@ class QTableGuide(PatchGuide):
         more = self.cells.count - len(self._q)
         self._visits, self._q, self._squares = (np.pad(a, ((0, more), (0, 0))) for a in (self._visits, self._q, self._squares))
         self._arriving = np.pad(self._arriving, (0, more))
-        patches = np.empty(len(t.reward), np.int64)
-        patches_of(*self._grid, t.normal, t.direction, patches)
         known = self._visits, self._q, self._squares, self._arriving
-        error = expected_sarsa(rows, patches, t.reward, t.albedo, next_rows, self._cosines, *known)
+        error = expected_sarsa(rows, self._patches(t), t.reward, t.albedo, next_rows, self._cosines, *known)
         if self._q.any():
             self._tabulate(self._parents())
         else:  # the last table has no rows for new cells
@@ -92,7 +88,7 @@ class QTableGuide(PatchGuide):
         self._arriving = np.einsum(
             "ck,k->c", self._estimate, self._cosines
         )  # a matrix product's rounding may depend on the machine's threads
-        weights = np.sqrt(self._borrowed(self._squares, parents)) if self._by_squares else self._estimate
+        weights = np.sqrt(self._borrowed(self._squares, parents)) if self._settings.second_moment else self._estimate
         weights = np.nan_to_num(weights, nan=0.0, posinf=LARGEST)  # of radiance whose square is none in single precision
         weights[~weights.any(axis=1)] = 1
         weights = weights + LEAST * weights.mean(axis=1, keepdims=True)
@@ -119,10 +115,11 @@ class QTableGuide(PatchGuide):
         for rows, count in parents:
             sums.append(added(sums[-1], rows, count))
             visits.append(added(visits[-1], rows, count))
+        prior = np.float32(self._settings.prior)
         above = np.full_like(sums[-1], sums[-1].sum() / visits[-1].sum())
         for (rows, _), total, seen in zip(reversed(parents), reversed(sums[1:]), reversed(visits[1:]), strict=True):
-            above = ((total + self._prior * above) / (seen + self._prior))[rows]
-        return (sums[0] + self._prior * above) / (visits[0] + self._prior)
+            above = ((total + prior * above) / (seen + prior))[rows]
+        return (sums[0] + prior * above) / (visits[0] + prior)
 
 
 def added(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
