@@ -1,8 +1,15 @@
 """Guide `qtable`: a table over cells of position and normal learns the incident radiance by expected SARSA (Dahm and Keller 2017).
 
-Departs from the method as published: (1) a cell that was seldom visited borrows from the larger cells around it, because most pairs of
-state and action are seen a few times at most; (2) directions may be drawn by the root of the mean square of the radiance, which spares
-outliers where it varies within cell and patch (Rath et al. 2020).
+It departs from the method as published in:
+1. States. Published: Voronoi cells of points on the surfaces. Here: cells of a hashed grid over position and normal, `cells` = 32 along
+   the scene.
+2. When it learns. Published: at each bounce. Here: after each pass, from its transitions in their order, so that no bit depends on threads.
+3. Cells that were seldom visited (`levels`, `prior`). Published: each on its own, which is levels = 1. Here: 5 sizes of cells; each borrows
+   from the next larger as by prior = 4 visits, because most pairs of state and action are seen a few times at most.
+4. What directions follow (`second_moment`, `weights`, `bsdf_fraction`). Published: Q alone. Here: the root of the mean square of the
+   radiance times cos(theta), which spares outliers where the radiance varies within cell and patch (Rath et al. 2020); a hundredth of the
+   mean is added to each patch, and the material keeps a share of 0.3.
+5. Where nothing was learnt. Published: all Q begin at a positive value. Here: the material alone decides.
 """
 
 from itertools import pairwise
@@ -84,11 +91,11 @@ class QTableGuide(PatchGuide[QTable]):
             self._tabulate(self._known_parents())
 
     def _tabulate(self, parents: Parents) -> None:
-        self._estimate = self._borrowed(self._q, parents)
-        self._arriving = np.einsum(
-            "ck,k->c", self._estimate, self._cosines
-        )  # a matrix product's rounding may depend on the machine's threads
-        weights = np.sqrt(self._borrowed(self._squares, parents)) if self._settings.second_moment else self._estimate
+        prior = np.float32(self._settings.prior)
+        self._estimate = borrowed(self._q, self._visits, parents, prior)
+        # A matrix product's rounding may depend on the machine's threads.
+        self._arriving = np.einsum("ck,k->c", self._estimate, self._cosines)
+        weights = np.sqrt(borrowed(self._squares, self._visits, parents, prior)) if self._settings.second_moment else self._estimate
         weights = np.nan_to_num(weights, nan=0.0, posinf=LARGEST)  # of radiance whose square is none in single precision
         weights[~weights.any(axis=1)] = 1
         weights = weights + LEAST * weights.mean(axis=1, keepdims=True)
@@ -109,17 +116,20 @@ class QTableGuide(PatchGuide[QTable]):
             parents.append((coarse.insert(*states), coarse.count))
         return parents
 
-    def _borrowed(self, means: np.ndarray, parents: Parents) -> np.ndarray:
-        """(C, N) means, where each counts as much more as it has visits, and its parent's as `prior` of them."""
-        sums, visits = [means * self._visits], [self._visits]
-        for rows, count in parents:
-            sums.append(added(sums[-1], rows, count))
-            visits.append(added(visits[-1], rows, count))
-        prior = np.float32(self._settings.prior)
-        above = np.full_like(sums[-1], sums[-1].sum() / visits[-1].sum())
-        for (rows, _), total, seen in zip(reversed(parents), reversed(sums[1:]), reversed(visits[1:]), strict=True):
-            above = ((total + prior * above) / (seen + prior))[rows]
-        return (sums[0] + prior * above) / (visits[0] + prior)
+
+def borrowed(means: np.ndarray, visits: np.ndarray, parents: Parents, prior: np.float32) -> np.ndarray:
+    """(C, N) means, where each counts as much more as it has visits, and its parent's as `prior` of them.
+
+    visits: of each mean, (C, N). parents: of each level but the last, the row of every cell's parent in the next one, and their number.
+    """
+    sums, seen = [means * visits], [visits]
+    for rows, count in parents:
+        sums.append(added(sums[-1], rows, count))
+        seen.append(added(seen[-1], rows, count))
+    above = np.full_like(sums[-1], sums[-1].sum() / seen[-1].sum())
+    for (rows, _), total, count in zip(reversed(parents), reversed(sums[1:]), reversed(seen[1:]), strict=True):
+        above = ((total + prior * above) / (count + prior))[rows]
+    return (sums[0] + prior * above) / (seen[0] + prior)
 
 
 def added(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:

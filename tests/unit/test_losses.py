@@ -12,7 +12,8 @@ from blender_rl_guiding.guiding.network import QNetwork
 from blender_rl_guiding.guiding.patches import mean_cosines
 from blender_rl_guiding.guiding.replay import Experience
 from blender_rl_guiding.guiding.training import Training
-from blender_rl_guiding.settings import DQN, RBF, BSpline, Frequency, NoEncoding
+from blender_rl_guiding.settings import DQN
+from tests import unions
 
 ROWS, COLUMNS, RATE = 4, 6, 1.0
 N, COSINES = ROWS * COLUMNS, torch.from_numpy(mean_cosines(ROWS, COLUMNS))
@@ -59,7 +60,7 @@ def experience(rng: np.random.Generator, count: int) -> Experience:
 
 @pytest.mark.parametrize("loss", ["dqn", "cdqn"])
 @pytest.mark.parametrize("error", ["squared", "relative"])
-@pytest.mark.parametrize("encoder", [NoEncoding(), Frequency(), RBF(), BSpline(), BSpline(reads="matrix")], ids=lambda e: e.kind)
+@pytest.mark.parametrize("encoder", unions.every_encoder(), ids=unions.name)
 def test_a_step_follows_the_gradient(encoder, error, loss):
     common = DQN(encoder=encoder, layers=2, width=16, rows=ROWS, columns=COLUMNS, optimiser="sgd", learning_rate=RATE)
     settings = replace(common, error=error, loss=loss)

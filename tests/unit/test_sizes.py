@@ -1,22 +1,15 @@
 """The sizes that panels show are those of the network that is trained."""
 
-from typing import get_args
-
 import pytest
 import torch
 from torch import nn
 
 from blender_rl_guiding.guiding.network import QNetwork
-from blender_rl_guiding.settings import DQN, RBF, BSpline, Encoder, Frequency, NoEncoding
+from blender_rl_guiding.settings import DQN, Encoder
+from tests import unions
 
-ENCODERS = (
-    NoEncoding(),
-    Frequency(octaves=7),
-    RBF(across=5, up=2, width=11, features=13),
-    BSpline(features=5, knots=7, width=12),
-    BSpline(reads="matrix", matrix_columns=3, features=5, knots=7, width=12),
-    BSpline(reads="point", matrix_columns=3),
-)
+# All numbers differ, so that none can stand for another.
+SIZES = {"octaves": 7, "across": 5, "up": 2, "width": 11, "features": 13, "knots": 8, "matrix_columns": 3}
 
 
 def dense(module: nn.Module) -> tuple[int, ...]:
@@ -25,12 +18,8 @@ def dense(module: nn.Module) -> tuple[int, ...]:
     return (*(layer.in_features for layer in layers[:1]), *(layer.out_features for layer in layers))
 
 
-def test_all_encoders_are_here():
-    assert {type(encoder) for encoder in ENCODERS} == set(get_args(Encoder))
-
-
 @pytest.mark.parametrize("layers", [1, 4])
-@pytest.mark.parametrize("encoder", ENCODERS)
+@pytest.mark.parametrize("encoder", unions.every_encoder(SIZES), ids=unions.name)
 def test_sizes_are_those_of_the_network(encoder: Encoder, layers: int):
     settings = DQN(encoder=encoder, layers=layers, width=17, rows=3, columns=5)
     network = QNetwork(settings)
