@@ -1,4 +1,4 @@
-"""Every knob of the renderer. Command line, JSON, Blender properties and the settings page are made from this file."""
+"""Every setting of the renderer but those of guides (`guide_settings`). Command line, JSON, panels and the settings page follow."""
 
 from dataclasses import dataclass
 from typing import Any, Literal, get_args

@@ -1,4 +1,4 @@
-"""A probe: the point of a surface that a pixel sees, and what a guide has learnt of the radiance that arrives there."""
+"""A probe: the point of a surface behind a pixel, and the radiance that a guide has learnt to arrive there."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ class View(NamedTuple):
 
 
 def view(scene: SceneData, machine: Machine) -> View:
-    """What the camera sees through the pixels' centres."""
+    """The first surfaces along the rays through the pixels' centres."""
     layers = render(
         replace(scene, film=Film("gaussian", filter_width=1e-6)), Render(spp=1, max_bounces=0, passes=True), machine
     ).film.layers()
@@ -55,7 +55,7 @@ def pixel_of(scene: SceneData, asked: Sequence[int] | None) -> tuple[int, int]:
 
 
 def find(scene: SceneData, pixel: tuple[int, int], machine: Machine) -> Point | None:
-    """The point that a pixel of the image sees; None where that is nothing, or nothing that reflects, or an emitter."""
+    """The point behind a pixel of the image; None if there is no surface, or one that emits or does not reflect."""
     seen = view(replace(scene, camera=_cropped(scene.camera, *pixel)), machine)
     return Point(pixel, seen.position[0, 0], seen.normal[0, 0]) if seen.reflects[0, 0] else None
 

@@ -30,7 +30,7 @@ class Needs(NamedTuple):
     largest: Part
 
     def said(self, total: float) -> str:
-        """How much is needed, for what most of it; `total`: bytes, of all renders that go on at a time."""
+        """How much is needed, and the largest part of it. total: bytes of all renders that go on at a time."""
         return f"rendering takes about {in_words(total)} of memory, {in_words(self.largest.bytes)} of it for the {self.largest.name}"
 
     def lacking(self, free: float) -> str:
@@ -39,7 +39,7 @@ class Needs(NamedTuple):
 
 
 def needs(scene: SceneData, settings: Render, machine: Machine, rough: bool = False) -> Needs:
-    """The sum of all parts; a rough one is too high, but looks at no surface."""
+    """The sum of all parts. A rough sum is too high, but looks at no surface."""
     parts = [
         _image(scene, settings),
         _geometry(scene),
@@ -52,14 +52,14 @@ def needs(scene: SceneData, settings: Render, machine: Machine, rough: bool = Fa
 
 
 def require(scene: SceneData, settings: Render, machine: Machine) -> None:
-    """InputError where a render surely does not fit into the memory that can be had."""
+    """InputError if a render surely does not fit into the memory that is available."""
     free = available()
     if needs(scene, settings, machine, rough=True).lacking(free) and (fault := needs(scene, settings, machine).lacking(free)):
         raise InputError(fault)
 
 
 def _image(scene: SceneData, settings: Render) -> Part:
-    """The film, and the copies that are made of it where it is written."""
+    """The film, and the copies of it that writing makes."""
     pixels, passes = scene.camera.width * scene.camera.height, wants_passes(scene, settings)
     film, writing = (140, 210) if passes else (72, 60)
     if settings.noise:
@@ -70,7 +70,7 @@ def _image(scene: SceneData, settings: Render) -> Part:
 
 
 def _geometry(scene: SceneData) -> Part:
-    """Embree's trees while they are built, vertices from the scene's origin, and the faces of what emits."""
+    """Embree's trees while they are built, vertices from the scene's origin, and the faces that emit."""
     shining = np.array([any(map(emits, shader.closures)) for shader in scene.shaders], bool)
     emitting = int(shining[scene.material].sum()) if shining.any() else 0
     size = 20e6 + 110 * len(scene.triangles) + scene.vertices.nbytes + 155 * len(scene.instances) + 300 * emitting
@@ -79,7 +79,7 @@ def _geometry(scene: SceneData) -> Part:
 
 
 def _geometries(scene: SceneData) -> int:
-    """How many Embree gets: one for each run of triangles, and of instances of a mesh, that the same kinds of rays see."""
+    """The number of geometries in Embree: one for each run of triangles, or of instances of a mesh, that the same kinds of rays see."""
     of_instances = scene.instances.astype(np.int64) << 32 | scene.visibility[placed(scene) :]
     return sum(1 for seen in (scene.visibility[scene.object], of_instances) for _ in runs(seen))
 
@@ -97,7 +97,7 @@ def _learning(scene: SceneData, settings: Render, machine: Machine, rough: bool)
     if not guide.learns:
         return []
     bounces = (settings.max_bounces if settings.max_bounces >= 0 else scene.bounces.total) + 1
-    # Of a path as many vertices are counted as half of its limit.
+    # A path counts half as many vertices as its limit allows.
     each_pass = min(guide.recorded, scene.camera.width * scene.camera.height * min(bounces, MOST_LEARNT) / 2)
     threads = machine.threads or os.cpu_count() or 1
     room = threads * machine.batch * min(bounces, MOST_LEARNT) * TRANSITION

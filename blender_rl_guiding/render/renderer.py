@@ -120,7 +120,7 @@ def _noisy(film: Film, threshold: float) -> np.ndarray:
 
 
 def warm_up(guide: GuideSettings, machine: Machine) -> None:
-    """Compile or load every kernel that a render with such a guide needs, and import what it needs: nothing timed should include it."""
+    """Compile or load every kernel, and import every library, that a render with such a guide needs: no time should include that."""
     least: Any = guide.least()  # of the union's kinds
     render(_tiny_scene(), Render(spp=3, nee=True, max_bounces=2, guide=least), machine)
 
