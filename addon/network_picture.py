@@ -3,17 +3,16 @@
 import bpy
 
 from blender_rl_guiding.settings import DQN
-from blender_rl_guiding.sizes import sizes
 
 _MOST = 6  # numbers in a row that fit into a panel of the usual width
 
 
 def draw_network(layout: bpy.types.UILayout, settings: DQN, context: bpy.types.Context) -> None:
     """What each network reads and what its layers yield, last the patches; below, how many parameters there are, and the table's size."""
-    said = sizes(settings)
-    encoder = [f"encoder {' → '.join(map(str, said.encoder))}"] if said.encoder else []
+    own = settings.encoder.layers_of_its_own()
+    encoder = [f"encoder {' → '.join(map(str, own))}"] if own else []
     box = layout.box().column(align=True)
-    for text in (*encoder, " → ".join(abridged(said.widths)), numbers(settings)):
+    for text in (*encoder, " → ".join(abridged(settings.widths())), numbers(settings)):
         row = box.row()
         row.alignment = "CENTER"
         row.label(text=text, translate=False)
@@ -29,7 +28,7 @@ def abridged(widths: tuple[int, ...]) -> list[str]:
 
 def numbers(settings: DQN) -> str:
     """One line: how many parameters are trained, and the size of the table that the network is laid out in."""
-    return f"{_short(sizes(settings).parameters)} parameters, table {settings.cells}³"
+    return f"{_short(settings.trained())} parameters, table {settings.cells}³"
 
 
 def _short(count: int) -> str:

@@ -1,13 +1,24 @@
-"""How much memory this process can still have. Standard library only: the add-on reads bundles, too."""
+"""How much memory this process can still have, and a part of what it will take. Standard library only: the add-on reads bundles, too."""
 
 import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+# At least this share of what is told was taken: of what follows from sizes, and of what depends on where paths go, as cells of guides do.
+MEASURED, GUESSED = 0.75, 0.4
 _UNLIMITED = 1 << 62  # bytes
 _PROC = Path("/proc")
 _GROUPS = Path("/sys/fs/cgroup")
+
+
+class Part(NamedTuple):
+    """One part of the memory that a render takes."""
+
+    name: str
+    bytes: float
+    lower: str  # what makes it less
+    sure: float = MEASURED  # share of `bytes` that is taken whatever happens
 
 
 class _Left(NamedTuple):

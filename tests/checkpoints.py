@@ -1,7 +1,7 @@
 """Renders that are killed after a checkpoint, and a function that changes a checkpoint."""
 
 import json
-from dataclasses import replace
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,8 @@ import pytest
 from blender_rl_guiding.guiding.saved import digest
 from blender_rl_guiding.render import Checkpoint, Result, checkpoint, render
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.schema import Settings, entries
-from blender_rl_guiding.settings import BSDF, DQN, Machine, QTable, Render
+from blender_rl_guiding.settings import BSDF, Machine, Render
+from tests import unions
 
 MACHINE = Machine(batch=1024, checkpoint=1e-9)
 SPP, KILLED = 7, 4  # samples of a render; passes before it is killed
@@ -34,13 +34,6 @@ class Killed(Exception):  # noqa: N818  # no error
     """Ends a render as a signal would."""
 
 
-def small(settings: Settings) -> Settings:
-    """The same, with little to learn."""
-    known = {entry.name: entry for entry in entries(type(settings))}
-    inner = {name: small(getattr(settings, name)) for name, entry in known.items() if entry.variants}
-    return replace(settings, **{name: value for name, value in LITTLE.items() if name in known}, **inner)  # type: ignore[type-var]
-
-
 def started(scene: SceneData, settings: Render, path: Path) -> None:
     """Kill a render after KILLED passes. The checkpoint holds one pass fewer."""
 
@@ -56,24 +49,30 @@ def started(scene: SceneData, settings: Render, path: Path) -> None:
 def told(result: Result) -> dict[str, Any]:
     """The result without what depends on the clock."""
     arrays = [result.image, *result.film.sums, *result.film.layers().values(), *result.guide.state().values()]
-    table = result.guide.directions()
+    directions = [*leaves(result.guide.directions())]
     seconds = {"seconds", "train_seconds", "infer_seconds"}
     return {
-        "arrays": [array.tobytes() for array in (*arrays, table.cdf, table.bsdf_fraction)],
+        "arrays": [array.tobytes() for array in (*arrays, *directions)],
         "curve": [{name: value for name, value in entry.items() if name not in seconds} for entry in result.curve],
         "rest": (result.losses, result.steps, result.rays, result.finished),
     }
+
+
+def leaves(nested: Any) -> Iterator[np.ndarray]:
+    """All arrays and numbers of a tuple of tuples."""
+    if isinstance(nested, tuple):
+        for inner in nested:
+            yield from leaves(inner)
+    else:
+        yield np.asarray(nested)
 
 
 def judged(state: Result) -> None:
     state.curve[-1]["judged"] = float(state.image.mean())
 
 
-SETTINGS = {
-    "bsdf": Render(spp=64, passes=True, guide=BSDF()),
-    "qtable": Render(spp=SPP, guide=small(QTable())),
-    "dqn": Render(spp=SPP, guide=small(DQN())),
-}
+SETTINGS = {"bsdf": Render(spp=64, passes=True, guide=BSDF())}
+SETTINGS |= {guide.kind: Render(spp=SPP, guide=guide) for guide in unions.guides(LITTLE) if guide.learns}
 
 
 def change(path: Path, header: dict[str, Any] | None = None, arrays: dict[str, np.ndarray] | None = None, right: bool = True) -> None:

@@ -7,7 +7,6 @@ from datetime import timedelta
 
 from ..pace import Pace
 from .pool import Outcome
-from .probe import learns
 from .runs import Task
 
 
@@ -73,4 +72,4 @@ def _likenesses(task: Task) -> Iterator[tuple[str, ...]]:
     """The keys of runs that take about as long, the best likeness first. Learning takes longer than all else."""
     yield task.method, task.scene.name
     yield (task.method,)
-    yield ("", task.settings.guide.kind if learns(task.settings.guide) else "")
+    yield ("", task.settings.guide.kind if task.settings.guide.learns else "")

@@ -1,4 +1,4 @@
-"""What a guide has learnt, as pictures: the states of its table over the image, and Q at one point beside the truth."""
+"""What a guide has learnt, as pictures: its states over the image, and Q at one point beside the truth."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, atomic
-from ..guiding.cells import CellTable
+from ..guide_settings import GuideSettings
+from ..guiding.base import Guide, Learnt
 from ..guiding.directions import UNKNOWN
 from ..images import png
 from ..render import Result
@@ -15,7 +16,6 @@ from ..render.beforehand import forewarn
 from ..report import discs
 from ..report.discs import Disc, Group, figure
 from ..scene.data import SceneData
-from ..settings import Guide as GuideSettings
 from ..settings import Machine, Render
 from . import probe, truth
 from .produce import produce
@@ -28,7 +28,7 @@ _SIDE = 1.9  # inches
 
 def check(guide: GuideSettings) -> None:
     """InputError on a guide that has nothing to show."""
-    if not probe.learns(guide):
+    if not guide.learns:
         raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose qtable, dqn or a preset of theirs")
 
 
@@ -54,23 +54,23 @@ def inspect(task: Task, asked: Sequence[int] | None, machine: Machine, progress:
 def write(folder: Path, scene: SceneData, point: probe.Point, settings: Render, machine: Machine, result: Result) -> list[Path]:
     """Make states.png and q.png; returns their paths. InputError where the folder cannot be written."""
     guide = result.guide
-    assert isinstance(guide, probe.Learner)
     arriving = truth.arriving(scene, point, settings.max_bounces, machine)
-    q, chances = probe.learnt(guide, point), probe.chances(guide, point)
     with atomic(folder / "states.png") as part:
-        part.write_bytes(png(states(probe.view(scene, machine), guide.cells)))
+        part.write_bytes(png(states(probe.view(scene, machine), guide)))
     caption = discs.caption(scene.name, point.pixel, *truth.frame(scene, point))
     with atomic(folder / "q.png") as part:
-        figure(_groups(arriving, q, chances, settings), caption, _SIDE).savefig(part, dpi=200)
+        figure(_groups(arriving, guide.learnt(point.position, point.normal), settings), caption, _SIDE).savefig(part, dpi=200)
     return [folder / "states.png", folder / "q.png"]
 
 
-def states(view: probe.View, cells: CellTable) -> np.ndarray:
-    """Each cell of the table in a colour of its own, (H, W, 3) uint8; emitters white, black where nothing reflects, grey without a cell."""
-    shape = view.emits.shape
-    rows = cells.rows(view.position.reshape(-1, 3), view.normal.reshape(-1, 3)).reshape(shape)
-    picture = _colours(rows)
-    picture[rows == UNKNOWN] = GREY
+def states(view: probe.View, guide: Guide) -> np.ndarray:
+    """Each state of the guide in a colour of its own, (H, W, 3) uint8.
+
+    Emitters are white; black is what does not reflect, grey what belongs to no state.
+    """
+    numbers = guide.states(view.position.reshape(-1, 3), view.normal.reshape(-1, 3)).reshape(view.emits.shape)
+    picture = _colours(numbers)
+    picture[numbers == UNKNOWN] = GREY
     picture[~view.reflects] = BLACK
     picture[view.emits] = WHITE
     return picture
@@ -85,11 +85,12 @@ def _colours(rows: np.ndarray) -> np.ndarray:
     return np.stack([x >> 16, x >> 8 & 0xFF, x & 0xFF], axis=-1).astype(np.uint8)
 
 
-def _groups(arriving: np.ndarray, q: np.ndarray | None, chances: np.ndarray | None, settings: Render) -> list[Group]:
-    """The truth, and beside it what is known of the cell."""
+def _groups(arriving: np.ndarray, learnt: Learnt | None, settings: Render) -> list[Group]:
+    """The truth, and beside it what is known of the point."""
     radiance = [Disc(f"truth\n{arriving.shape[0]} x {arriving.shape[1]} directions", arriving)]
-    if q is None or chances is None:
+    if learnt is None:
         return [Group(radiance, discs.scale([arriving]), "radiance that arrives")]
+    q, chances = learnt
     radiance.append(Disc(f"Q of {settings.guide.kind}\n{discs.verdict(q, arriving, settings.nee)}", q))
     drawn = Disc(f"directions drawn\n{q.shape[0]} x {q.shape[1]} patches", 100 * chances)
     return [

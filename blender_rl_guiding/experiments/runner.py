@@ -20,7 +20,7 @@ from ..settings import BSDF, MOST_METHODS, MOST_RUNS, Machine, Render
 from ..strings import fault_of_name
 from .forecast import Forecast
 from .pool import Outcome, perform_all
-from .probe import Point, learns, pixel_of
+from .probe import Point, pixel_of
 from .progress import Progress
 from .references import Given, read_given, reference
 from .runs import RENDERED, Judge, Task, finished_run, judged_again
@@ -203,7 +203,7 @@ def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progr
 
 def _probe(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Point | None:
     """The point where to ask what is learnt, if anything is; the truth there is in the scene's folder."""
-    if not any(learns(settings.guide) for settings in experiment.methods.values()):
+    if not any(settings.guide.learns for settings in experiment.methods.values()):
         return None
     pixel, path = pixel_of(scene, experiment.probe), experiment.folder / scene.name / "probe.json"
     with progress.bar(f"{scene.name}: radiance that arrives at pixel {pixel}", 1):

@@ -1,4 +1,4 @@
-"""The radiance that truly arrives at a point of a surface, measured once and kept beside the results."""
+"""The true radiance that arrives at a point of a surface, measured once and kept beside the results."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,7 +29,7 @@ def above(scene: SceneData, point: Point, rows: int, columns: int) -> Camera:
 
 
 def frame(scene: SceneData, point: Point) -> tuple[list[float], list[float]]:
-    """What is to the right and up in a picture of the point's hemisphere: tangent and bitangent in world space."""
+    """Right and up in a picture of the point's hemisphere: tangent and bitangent in world space."""
     axes = np.array(above(scene, point, 1, 1).to_world)
     return axes[:3, 0].tolist(), axes[:3, 1].tolist()
 
@@ -59,9 +59,9 @@ class _File:
 
 
 def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int, machine: Machine) -> Point | None:
-    """The point of `find`. Its truth is in the file `path`: if another is there, or none, it is measured and written.
+    """The point of `find`. Afterwards the file `path` holds its truth, measured if the file held none or another.
 
-    A line tells where the file is damaged. Where there is no point there will be no file.
+    If the file is damaged a line says so. If there is no point the file is removed.
     """
     about = {
         "scene_key": scene.key,
@@ -94,7 +94,7 @@ def _remove(path: Path) -> None:
 
 
 def _read(path: Path) -> _File | None:
-    """None where there is no such file, or one of an earlier version, or damaged, which a line tells."""
+    """None if there is no such file, or one of an earlier version; also if it is damaged, and then a line says so."""
     if not path.exists():
         return None
     try:

@@ -1,23 +1,17 @@
-"""Guides: who chooses the next direction of a path."""
+"""Guides: each chooses the next direction of a path."""
 
+from importlib import import_module
+
+from ..guide_settings import GuideSettings
 from ..scene.data import SceneData
-from ..settings import BSDF, DQN, QTable, Uniform
-from ..settings import Guide as GuideSettings
-from . import fixed
 from .base import Guide
-from .qtable import QTableGuide
+
+
+def guide_class(settings: GuideSettings) -> type[Guide]:
+    """`GUIDE` of the module that bears the kind's name. It is imported here, because dqn's needs torch, which takes seconds."""
+    return import_module(f".{settings.kind}", __package__).GUIDE
 
 
 def make_guide(settings: GuideSettings, scene: SceneData, seed: int) -> Guide:
     """The guide that the settings ask for, at the start of its learning."""
-    match settings:
-        case Uniform():
-            return fixed.uniform()
-        case BSDF():
-            return fixed.bsdf()
-        case QTable():
-            return QTableGuide(settings, scene)
-        case DQN():
-            from .dqn import DQNGuide  # torch takes seconds to import; only this guide needs it
-
-            return DQNGuide(settings, scene, seed)
+    return guide_class(settings)(settings, scene, seed)

@@ -1,4 +1,4 @@
-"""About how many cells a guide will find on a scene, by points drawn on its surfaces, before anything is rendered."""
+"""Foresees the number of cells that a guide will find on a scene, by points drawn on its surfaces."""
 
 import math
 from weakref import WeakKeyDictionary
@@ -15,7 +15,7 @@ _counted: WeakKeyDictionary[SceneData, dict[int, float]] = WeakKeyDictionary()  
 
 
 def cells_found(scene: SceneData, along: int, visits: float) -> float:
-    """How many cells `visits` transitions will find, if they are spread evenly over all surfaces.
+    """The number of cells that `visits` transitions find, if they are spread evenly over all surfaces.
 
     `along`: cells along the scene's longest side. Counts surfaces that no path reaches, and two-sided ones once.
     """
@@ -26,7 +26,7 @@ def cells_found(scene: SceneData, along: int, visits: float) -> float:
 
 
 def _cells(scene: SceneData, along: int) -> float:
-    """Those that surfaces lie in."""
+    """The number of cells that surfaces lie in."""
     if not len(scene.triangles):
         return 1.0
     position, normal = _on_surfaces(scene, np.random.default_rng(0))
@@ -39,7 +39,7 @@ def _cells(scene: SceneData, along: int) -> float:
 
 
 def _all(found: int, draws: int) -> float:
-    """n, of which so many draws find n (1 - exp(-draws / n)); at most 64 times the draws, where all but all of these are different."""
+    """Solves n (1 - exp(-draws / n)) = found for n. The result is at most 64 draws: there nearly all draws are different."""
     low, high = float(found), 64.0 * draws
     while high - low > 1e-3 * high:
         n = (low + high) / 2

@@ -1,7 +1,17 @@
 """Guide `dqn`: a deep Q-network learns the incident radiance by expected SARSA while the image renders.
 
-The network learns from replayed transitions after every pass; then it is evaluated once for each cell of a table, and the
-tracer draws directions from that table.
+After each pass it learns from replayed transitions. Then it is evaluated once for each cell of a table, from which the tracer draws.
+
+It departs from the method as published (the slides) in:
+1. What the tracer reads. Published: the network, at each vertex. Here: a table of the network over `cells`, 32 along the scene.
+2. Rewards. Published: as they are. Here: scaled to a mean of 0.1 over the first pass that saw light.
+3. The loss (`error`). Published: squared. Here: relative, divided by Q^2 + 0.01, because a direction's probability has to be right
+   relative to itself (as in neural radiance caching, Mueller et al. 2021). The presets of the slides keep "squared".
+4. What directions follow (`weights`, `bsdf_fraction`). Published: Q alone. Here: Q cos(theta), and a share of 0.3 by the material.
+   The presets keep "radiance" and 0.
+5. Random numbers and step sizes: the defaults of `DQN` are not the published ones, which the presets keep. learning_rate 1e-3 published,
+   1e-2 here; decay 0.995, 0.998; tau 1e-3, 0.1; batch 8192, 4096; memory 120,000, 500,000; learning_starts 100,000, 8192; steps after a
+   sample 10 (chosen: not published), 24, and 300 the first time.
 """
 
 import ctypes
@@ -12,158 +22,112 @@ from typing import Any
 import numpy as np
 import torch
 
+from ..guide_settings import DQN
+from ..memory import GUESSED, Part
 from ..scene.data import SceneData
-from ..settings import DQN
 from .base import OnStep, Transitions, unheard
+from .cell_count import cells_found
 from .cells import CellTable, cell_size
-from .directions import Directions, one_cell
-from .network import QNetwork, soft_update, target_of
-from .optimisers import make_optimiser
-from .patches import mean_cosines, patches_of
-from .replay import ReplayMemory
+from .patch_guide import PatchGuide
+from .replay import BYTES, Experience, ReplayMemory
 from .saved import Arrays, Saved, below
+from .training import Training, due, to_come
 
 TORCH_THREADS = 1  # the rounding of sums depends on it, so it must not follow the machine; more hardly help networks this small
 MEAN_REWARD = 0.1  # what rewards are scaled to, so that the network's outputs have one range whatever the scene's brightness
-SMALL_Q = 0.01  # what the relative error adds to Q squared
 
 
-class DQNGuide:
-    """See `Guide`.
-
-    Departs from the method as published: (1) the tracer reads the network through a table over cells; (2) rewards are scaled to
-    a mean of 0.1 over the first pass that saw light; (3) the loss may be relative to Q^2, because a direction's probability has to be right
-    relative to itself (as in neural radiance caching, Mueller et al. 2021).
-    """
+class DQNGuide(PatchGuide[DQN]):
+    """See `Guide`."""
 
     def __init__(self, settings: DQN, scene: SceneData, seed: int) -> None:
         torch.set_num_threads(TORCH_THREADS)
         _keep_freed_memory()
         torch.manual_seed(seed)
-        self._settings = settings
-        self._rng = np.random.default_rng(seed)
         low, high = scene.bounds
+        super().__init__(settings, CellTable(low, cell_size(scene, settings.cells)))
+        self._rng = np.random.default_rng(seed)
         self._centre, self._half = (low + high) / 2, np.maximum(high - low, 1e-6) / 2
-        self.cells = CellTable(low, cell_size(scene, settings.cells))
         self._memory = ReplayMemory(settings.memory)
-        self._online = QNetwork(settings)
-        self._target = target_of(self._online)
-        self._optimiser = make_optimiser(self._online.parameters(), settings)
-        self._cosines = torch.from_numpy(mean_cosines(settings.rows, settings.columns))
+        self._training = Training(settings)
         self._scale = 0.0  # on rewards; 0 while no light was found
-        self._steps = 0
-        self._directions = one_cell(bsdf_fraction=1.0)
 
-    def directions(self) -> Directions:
-        return self._directions
+    @classmethod
+    def memory(cls, settings: DQN, scene: SceneData, visits: float, rough: bool) -> list[Part]:
+        cells, patches = visits if rough else cells_found(scene, settings.cells, visits), settings.rows * settings.columns
+        inside = sum(settings.widths()[:-1]) + sum(settings.encoder.layers_of_its_own())
+        shown = min(settings.batch, settings.memory, visits) * 4 * (2 * inside + 2 * settings.width + 3 * patches)
+        table = cells * (300 + 24 * patches + 8 * inside)
+        return [
+            Part("replay memory", BYTES * min(settings.memory, visits), "the guide's memory", GUESSED),
+            Part("network", 28.0 * settings.trained(), "the guide's width or layers"),
+            Part("activations of a batch", float(shown), "the guide's batch, width or layers"),
+            Part("table", table, "the guide's cells, rows or columns", GUESSED),
+        ]
 
     def wanted(self) -> int:
-        return self._settings.recorded if self._steps_to_do() > 0 else 0
+        return self._settings.recorded if due(self._settings, self._training.steps) > 0 else 0
 
-    def _steps_to_do(self) -> int:
-        """Training steps after the next pass, if there is enough to learn from by then."""
-        s = self._settings
-        return min(s.steps if self._steps else s.first_steps, s.max_steps - self._steps)
+    def work(self, taken: int, passes: int) -> tuple[int, int]:
+        """In training steps."""
+        done = self._training.steps
+        return done, to_come(self._settings, done, passes)
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         """Remember the pass, train, and lay the network out as a table."""
-        settings, steps = self._settings, self._steps_to_do()
+        steps = due(self._settings, self._training.steps)
         if steps <= 0:
             return {}  # a cell more would have no row in the table
-        self.cells.insert(transitions.position, transitions.normal)
-        self._memory.add(transitions)
-        if self._scale == 0.0 and transitions.reward.any() and (mean := float(transitions.reward.mean())) > 0:
-            self._scale = MEAN_REWARD / mean
-        if self._scale == 0.0 or len(self._memory) < settings.learning_starts:
+        self._remember(transitions)
+        if self._scale == 0.0 or len(self._memory) < self._settings.learning_starts:
             return {}
         start = time.perf_counter()
-        losses = []
-        for _ in range(steps):
-            losses.append(self._train(self._memory.sample(settings.batch, self._rng)))
-            self._steps += 1
-            on_step(self._steps)
+        losses = [self._train(on_step) for _ in range(steps)]
         trained = time.perf_counter()
-        self._directions = self._tabulate()
+        self._lay_out(self._outputs())
         seconds = {"train_seconds": trained - start, "infer_seconds": time.perf_counter() - trained}
-        return {"loss": float(np.mean(losses)), "losses": losses, "steps": self._steps, "cells": self.cells.count} | seconds
+        return {"loss": float(np.mean(losses)), "losses": losses, "steps": self._training.steps, "cells": self.cells.count} | seconds
+
+    def q(self) -> np.ndarray:
+        return self._outputs() / self._scale
 
     def state(self) -> Arrays:
-        arrays = {name: tensor.detach().numpy() for name, tensor in self._tensors().items()}
-        numbers = {"steps": np.array(self._steps), "scale": np.array(self._scale)}
-        return arrays | numbers | _state_of(self._rng) | below("cells", self.cells.state()) | below("memory", self._memory.state())
+        own = {"scale": np.array(self._scale)} | _state_of(self._rng)
+        return own | self._training.state() | below("cells", self.cells.state()) | below("memory", self._memory.state())
 
-    @torch.no_grad()
     def restore(self, saved: Saved) -> None:
         """Directions follow from the rest."""
-        for name, tensor in self._tensors().items():
-            tensor.copy_(torch.from_numpy(saved.array(name, np.float32, *tensor.shape)))
-        self._steps = self._optimiser.steps = saved.whole("steps", 0, self._settings.max_steps)
-        if self._steps and not self._settings.first_steps:
-            raise ValueError(f"{self._steps} steps of training, where there is none")
+        self._training.restore(saved)
         self._scale = float(saved.array("scale", np.float64))
         _restore(self._rng, saved)
         self.cells.restore(saved.below("cells"))
-        self._memory.restore(saved.below("memory"))
-        if self._steps:
-            self._directions = self._tabulate()
+        self._memory.restore(saved.below("memory"), len(self._cosines))
+        if self._training.steps:
+            self._lay_out(self._outputs())
 
-    def _tensors(self) -> dict[str, torch.Tensor]:
-        """All that training changes."""
-        kept = {
-            "online": self._online.parameters(),
-            "target": self._target.parameters(),
-            "optimiser": self._optimiser.tensors(),
-        }
-        return {f"{name}-{k}": tensor for name, tensors in kept.items() for k, tensor in enumerate(tensors)}
+    def _remember(self, t: Transitions) -> None:
+        """Add a pass to the cells and to memory; the first that saw light decides how rewards are scaled."""
+        self.cells.insert(t.position, t.normal)
+        x, y = self._scaled(t.position), self._scaled(t.next_position)
+        self._memory.add(Experience(x, t.normal, self._patches(t), y, t.next_normal, t.reward, t.albedo))
+        mean = float(t.reward.mean()) if t.reward.any() else 0.0
+        if self._scale == 0.0 and mean > 0:
+            self._scale = MEAN_REWARD / mean
 
-    def _train(self, batch: Transitions) -> float:
-        """One step on the mean over the batch of (Q(s, a; w) - target(s'))^2, or of that relative to Q^2.
+    def _train(self, on_step: OnStep) -> float:
+        """One step of training; returns its loss."""
+        loss = self._training.step(self._memory.sample(self._settings.batch, self._rng), self._scale)
+        on_step(self._training.steps)
+        return loss
 
-        The target is that of w-, through which no gradient flows. C-DQN takes for each transition the larger of that loss and the one
-        whose target is that of w itself, where the gradient flows through both (Wang and Ueda 2022).
-        """
-        s = self._settings
-        patches = np.empty(len(batch.reward), np.int64)
-        patches_of(s.rows, s.columns, batch.normal, batch.direction, patches)
-        q = self._online.of_patch(*self._state(batch.position, batch.normal), torch.from_numpy(patches))
-        with torch.no_grad():
-            target = self._expected_sarsa(batch, self._target)
-        error = (q - target).square()
-        if s.loss == "cdqn":
-            error = torch.maximum(error, (q - self._expected_sarsa(batch, self._online)).square())
-        if s.error == "relative":
-            error = error / (q.detach().square() + SMALL_Q)
-        loss = error.mean()
-        loss.backward()
-        self._optimiser.step()
-        soft_update(self._target, self._online, s.tau)
-        return loss.item()
+    def _outputs(self) -> np.ndarray:
+        """Q of all patches of every cell, in units of scaled rewards: (C, N) float32."""
+        position, normal = self.cells.states()
+        return self._training.q(self._scaled(position), normal)
 
-    def _expected_sarsa(self, batch: Transitions, network: QNetwork) -> torch.Tensor:
-        """r + (2 pi / N) sum_k Q(s', k) albedo / pi cos(theta_k), with the cosine's exact mean over each patch."""
-        arriving = network(*self._state(batch.next_position, batch.next_normal)) @ self._cosines
-        reward, albedo = torch.from_numpy(batch.reward), torch.from_numpy(batch.albedo)
-        return reward * self._scale + albedo * (2 / len(self._cosines)) * arriving
-
-    @torch.no_grad()
-    def q(self) -> np.ndarray:
-        """The estimate of the mean radiance through each patch of each cell, (C, N) float32."""
-        return self._online(*self._state(*self.cells.states())).numpy() / self._scale
-
-    @torch.no_grad()
-    def _tabulate(self) -> Directions:
-        """Patch probabilities of every cell by the online network."""
-        s = self._settings
-        weights = self._online(*self._state(*self.cells.states()))
-        if s.weights == "product":
-            weights = weights * self._cosines
-        cdf = weights.double().cumsum(1)
-        cdf = (cdf / cdf[:, -1:]).float().numpy()
-        return Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self.cells.cells, cdf)
-
-    def _state(self, position: np.ndarray, normal: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
-        """x in [-1, 1]^3 by the scene's bounds, and n."""
-        return torch.from_numpy(((position - self._centre) / self._half).astype(np.float32)), torch.from_numpy(normal)
+    def _scaled(self, position: np.ndarray) -> np.ndarray:
+        """x in [-1, 1]^3 by the scene's bounds."""
+        return ((position - self._centre) / self._half).astype(np.float32)
 
 
 def _state_of(rng: np.random.Generator) -> Arrays:
@@ -188,3 +152,6 @@ def _keep_freed_memory() -> None:
         mallopt = ctypes.CDLL(None).mallopt
         mallopt(-3, 32 << 20)  # M_MMAP_THRESHOLD, its largest value
         mallopt(-1, 256 << 20)  # M_TRIM_THRESHOLD
+
+
+GUIDE = DQNGuide

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ..settings import DQN
+from ..guide_settings import DQN
 from .encoders import make_encoder
 
 _ACTIVATIONS = {"relu": nn.ReLU, "silu": nn.SiLU, "tanh": nn.Tanh}
@@ -19,8 +19,7 @@ class QNetwork(nn.Module):
     def __init__(self, settings: DQN) -> None:
         super().__init__()
         self.encoder = make_encoder(settings.encoder)
-        widths = [self.encoder.width, *[settings.width] * (settings.layers - 1), settings.rows * settings.columns]
-        *hidden, self.last = (nn.Linear(fan_in, fan_out) for fan_in, fan_out in pairwise(widths))
+        *hidden, self.last = (nn.Linear(fan_in, fan_out) for fan_in, fan_out in pairwise(settings.widths()))
         activation = _ACTIVATIONS[settings.activation]()
         self.hidden = nn.Sequential(*(module for layer in hidden for module in (layer, activation)))
 

@@ -7,7 +7,7 @@ from typing import Protocol
 import torch
 from torch import Tensor
 
-from ..settings import DQN
+from ..guide_settings import DQN
 
 _BETA1, _BETA2, _EPSILON = 0.9, 0.999, 1e-8
 
@@ -15,7 +15,7 @@ Schedule = Callable[[int], float]  # the step size of each step, the first being
 
 
 class Optimiser(Protocol):
-    """What moves parameters."""
+    """Moves parameters along their gradients."""
 
     steps: int  # so far
 
@@ -24,7 +24,7 @@ class Optimiser(Protocol):
         ...
 
     def tensors(self) -> list[Tensor]:
-        """All that it keeps from step to step, beside `steps`; writing to them restores it."""
+        """The tensors that it keeps from step to step. Writing to them, and to `steps`, restores it."""
         ...
 
 

@@ -1,8 +1,15 @@
 """Guide `qtable`: a table over cells of position and normal learns the incident radiance by expected SARSA (Dahm and Keller 2017).
 
-Departs from the method as published: (1) a cell that was seldom visited borrows from the larger cells around it, because most pairs of
-state and action are seen a few times at most; (2) directions may be drawn by the root of the mean square of the radiance, which spares
-outliers where it varies within cell and patch (Rath et al. 2020).
+It departs from the method as published in:
+1. States. Published: Voronoi cells of points on the surfaces. Here: cells of a hashed grid over position and normal, `cells` = 32 along
+   the scene.
+2. When it learns. Published: at each bounce. Here: after each pass, from its transitions in their order, so that no bit depends on threads.
+3. Cells that were seldom visited (`levels`, `prior`). Published: each on its own, which is levels = 1. Here: 5 sizes of cells; each borrows
+   from the next larger as by prior = 4 visits, because most pairs of state and action are seen a few times at most.
+4. What directions follow (`second_moment`, `weights`, `bsdf_fraction`). Published: Q alone. Here: the root of the mean square of the
+   radiance times cos(theta), which spares outliers where the radiance varies within cell and patch (Rath et al. 2020); a hundredth of the
+   mean is added to each patch, and the material keeps a share of 0.3.
+5. Where nothing was learnt. Published: all Q begin at a positive value. Here: the material alone decides.
 """
 
 from itertools import pairwise
@@ -10,13 +17,15 @@ from typing import Any
 
 import numpy as np
 
+from ..guide_settings import QTable
 from ..kernels import kernel
+from ..memory import GUESSED, Part
 from ..scene.data import SceneData
-from ..settings import QTable
 from .base import OnStep, Transitions, unheard
+from .cell_count import cells_found
 from .cells import CellTable, cell_size
-from .directions import UNKNOWN, Directions, one_cell
-from .patches import mean_cosines, patches_of
+from .directions import UNKNOWN
+from .patch_guide import PatchGuide
 from .saved import Arrays, Saved, below
 
 Parents = list[tuple[np.ndarray, int]]
@@ -24,47 +33,42 @@ LARGEST = 1e30
 LEAST = np.float32(0.01)  # of the mean over the patches, so that none is ever ruled out
 
 
-class QTableGuide:
+class QTableGuide(PatchGuide[QTable]):
     """See `Guide`."""
 
-    def __init__(self, settings: QTable, scene: SceneData) -> None:
-        self._settings = settings
+    def __init__(self, settings: QTable, scene: SceneData, seed: int) -> None:
+        """Nothing is random: the seed has no effect."""
         size = cell_size(scene, settings.cells)
         self._levels = [CellTable(scene.bounds[0], size * 2**level) for level in range(settings.levels)]
-        self._cosines = mean_cosines(settings.rows, settings.columns)
+        super().__init__(settings, self._levels[0])
         nothing = np.zeros((0, len(self._cosines)), np.float32)
         # Of each cell and patch, (C, N) float32: visits, and the means of the targets and of their squares.
         self._visits, self._q, self._squares = nothing, nothing, nothing
         self._arriving = np.zeros(0, np.float32)  # sum_k Q(s, k) cos(theta_k) of each cell, (C,)
         self._estimate = nothing  # Q with what cells borrow
-        self._directions = one_cell(bsdf_fraction=1.0)
 
-    @property
-    def cells(self) -> CellTable:
-        """The states."""
-        return self._levels[0]
-
-    def directions(self) -> Directions:
-        return self._directions
+    @classmethod
+    def memory(cls, settings: QTable, scene: SceneData, visits: float, rough: bool) -> list[Part]:
+        cells = visits if rough else cells_found(scene, settings.cells, visits)
+        size = cells * (400 + 50 * settings.rows * settings.columns)
+        return [Part("table", size, "the guide's cells, rows or columns", GUESSED)]
 
     def wanted(self) -> int:
         return self._settings.recorded
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         """Move every Q(s, a) of the pass towards its target, in the order of the transitions."""
-        settings, t = self._settings, transitions
+        t = transitions
         rows, next_rows = self.cells.insert(t.position, t.normal), self.cells.rows(t.next_position, t.next_normal)
         more = self.cells.count - len(self._q)
         self._visits, self._q, self._squares = (np.pad(a, ((0, more), (0, 0))) for a in (self._visits, self._q, self._squares))
         self._arriving = np.pad(self._arriving, (0, more))
-        patches = np.empty(len(t.reward), np.int64)
-        patches_of(settings.rows, settings.columns, t.normal, t.direction, patches)
         known = self._visits, self._q, self._squares, self._arriving
-        error = expected_sarsa(rows, patches, t.reward, t.albedo, next_rows, self._cosines, *known)
+        error = expected_sarsa(rows, self._patches(t), t.reward, t.albedo, next_rows, self._cosines, *known)
         if self._q.any():
             self._tabulate(self._parents())
         else:  # the last table has no rows for new cells
-            self._directions = one_cell(bsdf_fraction=1.0)
+            self._forget()
         return {"loss": error / max(1, len(rows)), "cells": self.cells.count}
 
     def q(self) -> np.ndarray:
@@ -87,20 +91,15 @@ class QTableGuide:
             self._tabulate(self._known_parents())
 
     def _tabulate(self, parents: Parents) -> None:
-        s = self._settings
-        self._estimate = self._borrowed(self._q, parents)
-        self._arriving = np.einsum(
-            "ck,k->c", self._estimate, self._cosines
-        )  # a matrix product's rounding may depend on the machine's threads
-        weights = np.sqrt(self._borrowed(self._squares, parents)) if s.second_moment else self._estimate
+        prior = np.float32(self._settings.prior)
+        self._estimate = borrowed(self._q, self._visits, parents, prior)
+        # A matrix product's rounding may depend on the machine's threads.
+        self._arriving = np.einsum("ck,k->c", self._estimate, self._cosines)
+        weights = np.sqrt(borrowed(self._squares, self._visits, parents, prior)) if self._settings.second_moment else self._estimate
         weights = np.nan_to_num(weights, nan=0.0, posinf=LARGEST)  # of radiance whose square is none in single precision
         weights[~weights.any(axis=1)] = 1
         weights = weights + LEAST * weights.mean(axis=1, keepdims=True)
-        if s.weights == "product":
-            weights *= self._cosines
-        cdf = weights.cumsum(axis=1, dtype=np.float64)
-        cdf = (cdf / cdf[:, -1:]).astype(np.float32)
-        self._directions = Directions(np.float32(s.bsdf_fraction), s.rows, s.columns, self.cells.cells, cdf)
+        self._lay_out(weights)
 
     def _known_parents(self) -> Parents:
         """`_parents` as they were found the last time. ValueError where a cell has none."""
@@ -117,17 +116,20 @@ class QTableGuide:
             parents.append((coarse.insert(*states), coarse.count))
         return parents
 
-    def _borrowed(self, means: np.ndarray, parents: Parents) -> np.ndarray:
-        """(C, N) means, where each counts as much more as it has visits, and its parent's as `prior` of them."""
-        sums, visits = [means * self._visits], [self._visits]
-        for rows, count in parents:
-            sums.append(added(sums[-1], rows, count))
-            visits.append(added(visits[-1], rows, count))
-        prior = np.float32(self._settings.prior)
-        above = np.full_like(sums[-1], sums[-1].sum() / visits[-1].sum())
-        for (rows, _), total, seen in zip(reversed(parents), reversed(sums[1:]), reversed(visits[1:]), strict=True):
-            above = ((total + prior * above) / (seen + prior))[rows]
-        return (sums[0] + prior * above) / (visits[0] + prior)
+
+def borrowed(means: np.ndarray, visits: np.ndarray, parents: Parents, prior: np.float32) -> np.ndarray:
+    """(C, N) means, where each counts as much more as it has visits, and its parent's as `prior` of them.
+
+    visits: of each mean, (C, N). parents: of each level but the last, the row of every cell's parent in the next one, and their number.
+    """
+    sums, seen = [means * visits], [visits]
+    for rows, count in parents:
+        sums.append(added(sums[-1], rows, count))
+        seen.append(added(seen[-1], rows, count))
+    above = np.full_like(sums[-1], sums[-1].sum() / seen[-1].sum())
+    for (rows, _), total, count in zip(reversed(parents), reversed(sums[1:]), reversed(seen[1:]), strict=True):
+        above = ((total + prior * above) / (count + prior))[rows]
+    return (sums[0] + prior * above) / (seen[0] + prior)
 
 
 def added(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
@@ -166,3 +168,6 @@ def expected_sarsa(rows, patches, reward, albedo, next_rows, cosines, visits, q,
         arriving[s] += change * cosines[a]
         total += error * error
     return total
+
+
+GUIDE = QTableGuide

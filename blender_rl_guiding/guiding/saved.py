@@ -24,10 +24,10 @@ def digest(array: np.ndarray) -> str:
 
 
 class Saved:
-    """Saved arrays. Each is checked as it is read; ValueError where it is not what it should be."""
+    """Saved arrays. Each is checked as it is read: ValueError if it is another than was written."""
 
     def __init__(self, file: Archive, digests: Mapping[str, str], prefix: str = "") -> None:
-        """`digests`: what `digest` says of each array."""
+        """`digests`: the `digest` of each array."""
         self._file, self._digests, self._prefix = file, digests, prefix
 
     def below(self, prefix: str) -> "Saved":

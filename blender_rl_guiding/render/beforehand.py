@@ -4,18 +4,18 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from ..errors import InputError
-from ..memory import available, free, in_words
+from ..memory import MEASURED, available, free, in_words
 from ..notices import tell
 from ..scene import chance
 from ..scene.data import ARRAYS, SceneData
 from ..settings import Machine, Render
-from .needs import MEASURED, PROGRAM, needs
+from .needs import PROGRAM, needs
 
 
 def forewarn(scene: SceneData, methods: Sequence[Render], machine: Machine, at_once: int = 1) -> None:
-    """Tell a line for what renders of a scene, `at_once` at a time, will lack, and one if they take over half of the free memory.
+    """Tell a line for each lamp that is left to chance, and one if renders, `at_once` at a time, take over half of the free memory.
 
-    InputError where they surely do not fit into what can be had, swap included.
+    InputError if they surely do not fit into the memory that is available, swap included.
     """
     for lamp in chance.left_to_chance(scene, all(settings.nee for settings in methods)):
         tell(f"{lamp.object!r}: {lamp.detail}")
@@ -23,7 +23,7 @@ def forewarn(scene: SceneData, methods: Sequence[Render], machine: Machine, at_o
 
 
 def forewarn_of_memory(scene: SceneData, methods: Sequence[Render], machine: Machine, at_once: int = 1) -> None:
-    """The part of `forewarn` that is about memory."""
+    """The lines of `forewarn` about memory."""
     found = [needs(scene, settings, machine) for settings in methods]
     most, heaviest = available(), max(found, key=lambda method: method.total)
     for method in found:
@@ -31,7 +31,7 @@ def forewarn_of_memory(scene: SceneData, methods: Sequence[Render], machine: Mac
             raise InputError(f"{scene.name}: {fault}")
     own = PROGRAM + sum(getattr(scene, name).nbytes for name in ARRAYS) + sum(texture.texels.nbytes for texture in scene.textures)
     total = heaviest.total if at_once == 1 else at_once * (heaviest.total + own)
-    # Methods take turns, so that some time those that go on take their mean, or more.
+    # Methods take turns: at some time those under way take their mean, or more.
     if at_once > 1 and at_once * (fmean(method.least for method in found) + MEASURED * own) > most:
         raise InputError(
             f"{scene.name}: {at_once} renders at a time take about {in_words(total)} of memory, but {in_words(most)} are free: "

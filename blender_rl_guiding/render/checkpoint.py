@@ -28,7 +28,7 @@ from ..typed import MalformedError, Range, parse, read
 from .result import Result
 
 SHARE = 100  # times as long as it took to write one, at least, until the next: it should cost little
-KEPT_DAYS = 30  # in the cache, where nobody may ever come back for them
+KEPT_DAYS = 30  # in the cache: most are never asked for again
 KEPT = 8  # at most there: each takes up to 1.1 GB
 _DECIDING = "numpy", "numba", "llvmlite", "torch", "embreex"  # packages that bits depend on
 _OTHER = {
@@ -57,11 +57,11 @@ class _Header:
 
 
 class Checkpoint:
-    """Where a render keeps its checkpoint, and when it writes the next one. Whoever saves the run removes it then."""
+    """Where a render keeps its checkpoint, and when it writes the next one. Saving the run removes it."""
 
     def __init__(self, path: Path, judged_by: str = "", dispensable: bool = False) -> None:
-        """`judged_by`: the key of the reference by which `on_pass` judges, if it does. `dispensable`: whether to begin anew where the
-        file cannot be read at all, which may pass, rather than not at all.
+        """judged_by: the key of the reference by which `on_pass` judges, if it does. dispensable: whether the render begins anew if the
+        file cannot be read now; otherwise that is an InputError.
         """
         self.path, self.samples = path, 0  # samples a pixel that the file holds
         self._judged_by, self._dispensable = judged_by, dispensable
@@ -70,9 +70,9 @@ class Checkpoint:
         self._failed = False
 
     def taken_up(self, scene: SceneData, settings: Render, machine: Machine, begun: Callable[[], Result]) -> Result | None:
-        """Begin to keep a render's checkpoints; returns the render as far as the file has it, None where it has nothing of just this.
+        """Begin to keep a render's checkpoints; returns the state in the file, or None if it holds none of this very render.
 
-        A line tells why a file that is there is of no use. InputError where it cannot be read. `begun` makes the render's beginning.
+        A line tells why a file is of no use. InputError if it cannot be read. `begun` makes the state before the first pass.
         """
         self._about = about(scene, settings) | {"judged_by": self._judged_by}
         self._every = machine.checkpoint or float("inf")
@@ -97,9 +97,9 @@ class Checkpoint:
         return result
 
     def offer(self, result: Result) -> float:
-        """Write the state between two passes, if one is due; returns how many seconds that took.
+        """Write the state between two passes, if a checkpoint is due; returns the seconds that this took.
 
-        A render must not end because its checkpoint cannot be written: that is noted once.
+        A failure to write must not end the render: it is told once.
         """
         start = time.perf_counter()
         if start < self._due:
@@ -116,18 +116,18 @@ class Checkpoint:
         return end - start
 
     def remove(self) -> None:
-        """The run is saved: the checkpoint has nothing more to tell."""
+        """Remove the file, once the run is saved."""
         with suppress(OSError):  # then it stays, and harms nobody
             self.path.unlink(missing_ok=True)
 
 
 def in_folder(folder: Path, suffix: str = "", judged_by: str = "") -> Checkpoint:
-    """The checkpoint of a run in its folder; `suffix` tells those of several that lie in one."""
+    """The checkpoint of a run in its folder. `suffix` tells the runs of one folder apart."""
     return Checkpoint(folder / f"checkpoint{suffix}.npz", judged_by)
 
 
 def in_cache(scene: SceneData, settings: Render) -> Checkpoint | None:
-    """The checkpoint of a render that has no folder of its own; None without a cache. Sweeps those that nobody came back for."""
+    """The checkpoint of a render that has no folder of its own; None without a cache. Removes those that are too old or too many."""
     folder = caches.folder("checkpoints")
     if not folder:
         return None
@@ -158,7 +158,7 @@ def program() -> str:
 
 
 def _write(path: Path, about: dict[str, Any], result: Result) -> None:
-    """Write the file under another name, then rename. Takes no memory to speak of: film and guide hand out what they compute with."""
+    """Write the file under another name, then rename it. Film and guide hand out their own arrays, so this takes little memory."""
     arrays = below("film", result.film.state()) | below("guide", result.guide.state()) | {"losses": np.array(result.losses, np.float64)}
     header = _Header(
         about,
@@ -189,7 +189,7 @@ def _header(file: Archive) -> _Header:
 
 
 def _restored(header: _Header, file: Archive, result: Result, settings: Render) -> Result:
-    """The beginning of a render, brought to where the file has it. ValueError where it cannot have been there."""
+    """Bring the beginning of a render to the state in the file. ValueError if no such render can have that state."""
     saved = Saved(file, header.digests)
     result.film.restore(saved.below("film"), settings.spp - 1)
     result.guide.restore(saved.below("guide"))

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from ..guide_settings import GuideSettings
 from ..guiding import make_guide
 from ..guiding.base import Guide, Transitions
 from ..scene.data import SceneData
 from ..scene.description import IDENTITY, Bounces, Camera, Closure, Instruction, Node, Shader
-from ..settings import DQN, Machine, QTable, Render
-from ..settings import Guide as GuideSettings
+from ..settings import Machine, Render
 from .checkpoint import Checkpoint
 from .film import Film
 from .needs import require
@@ -119,12 +119,9 @@ def _look_ahead(result: Result, settings: Render) -> np.ndarray:
 
 
 def warm_up(guide: GuideSettings, machine: Machine) -> None:
-    """Compile or load every kernel that a render with such a guide needs, and import what it needs: nothing timed should include it."""
-    if isinstance(guide, QTable):
-        guide = QTable(rows=1, columns=2)
-    elif isinstance(guide, DQN):
-        guide = DQN(layers=1, width=1, rows=1, columns=2, learning_starts=1, batch=2, first_steps=1, steps=1)
-    render(_tiny_scene(), Render(spp=3, nee=True, max_bounces=2, guide=guide), machine)
+    """Compile or load every kernel, and import every library, that a render with such a guide needs: no time should include that."""
+    least: Any = guide.least()  # of the union's kinds
+    render(_tiny_scene(), Render(spp=3, nee=True, max_bounces=2, guide=least), machine)
 
 
 def _tiny_scene() -> SceneData:

@@ -8,26 +8,14 @@ import pytest
 
 from blender_rl_guiding.render import Result, render
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.settings import BSDF, DQN, Machine, NoEncoding, Render, Uniform
-from tests import scenes
+from blender_rl_guiding.settings import BSDF, Machine, Render, Uniform
+from tests import scenes, unions
 from tests.significance import assert_means
 
 MACHINE = Machine(batch=4096)
-SMALL = DQN(
-    encoder=NoEncoding(),
-    layers=2,
-    width=16,
-    rows=4,
-    columns=6,
-    cells=8,
-    learning_starts=256,
-    batch=256,
-    first_steps=20,
-    steps=4,
-    recorded=2000,
-)
-GUIDES = [Uniform(), BSDF(), SMALL]
-by_guide = pytest.mark.parametrize("guide", GUIDES, ids=lambda guide: guide.kind)
+GUIDES = unions.guides()
+OTHERS = [guide for guide in GUIDES if guide != BSDF()]
+by_guide = pytest.mark.parametrize("guide", GUIDES, ids=unions.name)
 by_nee = pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
 ALBEDO, EMISSION = 0.6, 0.8
 
@@ -52,7 +40,7 @@ def test_white_cube_is_invisible_to_the_bit_of_rounding():
     np.testing.assert_allclose(image, 1, rtol=2e-6)
 
 
-@pytest.mark.parametrize("guide", [Uniform(), SMALL], ids=lambda guide: guide.kind)
+@pytest.mark.parametrize("guide", OTHERS, ids=unions.name)
 def test_white_cube_is_invisible_in_the_mean(guide):
     result = render(scenes.white_cube(), Render(spp=200, guide=guide), MACHINE)
     assert_flat(result, 1)
@@ -69,7 +57,11 @@ def test_box_by_bsdf_is_exact_in_every_sample(bounces):
     np.testing.assert_allclose(image, series(bounces), rtol=5e-6)
 
 
-@pytest.mark.parametrize(("guide", "nee"), [(Uniform(), False), (SMALL, False), (Uniform(), True), (BSDF(), True), (SMALL, True)])
+@pytest.mark.parametrize(
+    ("guide", "nee"),
+    [*((guide, False) for guide in OTHERS), *((guide, True) for guide in GUIDES)],  # by BSDF alone there is no noise
+    ids=lambda value: value if isinstance(value, bool) else unions.name(value),
+)
 def test_box_in_the_mean(guide, nee):
     result = render(scenes.furnace_box(ALBEDO, EMISSION), Render(spp=150, nee=nee, guide=guide), MACHINE)
     assert_flat(result, series(6))
@@ -104,9 +96,10 @@ def test_every_bounce_adds_its_own_share():
         assert_means(share.mean(), share.var() / share.size, EMISSION * ALBEDO**n)
 
 
-def test_learning_goes_on_where_every_path_misses():
+@by_guide
+def test_learning_goes_on_where_every_path_misses(guide):
     scene = scenes.lit_quad(scenes.look((0, -2, 0), (0, -9, 0), 40, 8, 8))
-    np.testing.assert_array_equal(render(scene, Render(spp=4, guide=SMALL), MACHINE).image, 0)
+    np.testing.assert_array_equal(render(scene, Render(spp=4, guide=guide), MACHINE).image, 0)
 
 
 # --- inside a sphere: light and BSDF sampling agree ----------------------------------------------------------------------

@@ -13,34 +13,17 @@ from blender_rl_guiding.render import render
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.passes import PassTracer
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.settings import BSDF, DQN, Frequency, Machine, NoEncoding, QTable, Render, Uniform
-from tests import scenes
+from blender_rl_guiding.settings import Machine, Render
+from tests import scenes, unions
 from tests.significance import assert_means, detectable
 from tests.studio import studio
 
 SIZE, BLOCK = 32, 8
 SEEDS, SPP = (11, 12, 13), 64
 MACHINE = Machine(batch=4096)
-SMALL = {"layers": 2, "width": 16, "rows": 4, "columns": 6, "cells": 8, "recorded": 2000, "learning_starts": 256, "batch": 256}
-SMALL |= {"first_steps": 20, "steps": 4}
-COARSE = {"rows": 4, "columns": 6, "cells": 8, "recorded": 4000}
-
-VARIANTS = {
-    "bsdf": Render(nee=False, guide=BSDF()),
-    "uniform": Render(nee=False, guide=Uniform()),
-    "uniform nee": Render(guide=Uniform()),
-    "dqn": Render(nee=False, guide=DQN(**SMALL)),
-    "dqn nee": Render(guide=DQN(**SMALL)),
-    "dqn none radiance": Render(nee=False, guide=DQN(encoder=NoEncoding(), weights="radiance", **SMALL)),
-    "dqn alone": Render(nee=False, guide=DQN(bsdf_fraction=0.0, **SMALL)),
-    "dqn alone radiance nee": Render(guide=DQN(encoder=Frequency(6), weights="radiance", bsdf_fraction=0.0, **SMALL)),
-    "dqn squared": Render(nee=False, guide=DQN(error="squared", **SMALL)),
-    "cdqn": Render(nee=False, guide=DQN(loss="cdqn", **SMALL)),
-    "qtable": Render(nee=False, guide=QTable(**COARSE), emphasis=0.5),
-    "qtable nee": Render(guide=QTable(**COARSE), emphasis=0.5),
-    "qtable plain": Render(nee=False, guide=QTable(levels=1, second_moment=False, weights="radiance", **COARSE)),
-    "qtable alone": Render(guide=QTable(bsdf_fraction=0.0, **COARSE)),
-}
+GUIDES, EVERY_GUIDE = unions.guides(), unions.every_guide()
+ALONE = [replace(guide, bsdf_fraction=0.0) for guide in GUIDES if hasattr(guide, "bsdf_fraction")]  # never the material's own sampling
+by_nee = pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
 
 
 class Blocks(NamedTuple):
@@ -78,21 +61,31 @@ def assert_unbiased(films: list[Film], truth: Film) -> None:
         assert_means(ours.mean, variance, theirs.mean)
 
 
-@pytest.mark.parametrize("name", VARIANTS)
-def test_guided_mean_is_the_unguided_mean(name):
-    method = VARIANTS[name]
-    spp = SPP if isinstance(method.guide, DQN | QTable) else 4 * SPP
-    results = [render(SCENES["box"], replace(method, spp=spp, seed=seed), MACHINE) for seed in SEEDS]
-    if isinstance(method.guide, DQN | QTable):
-        assert all("loss" in result.curve[-2] for result in results), "nothing was learnt: this would test the BSDF's sampling"
-    assert_unbiased([result.film for result in results], truth("box"))
+def rendered(scene: str, settings: Render) -> list[Film]:
+    """Films of independent seeds. AssertionError where a guide that learns has not learnt: that would test the material's own sampling."""
+    results = [render(SCENES[scene], replace(settings, seed=seed), MACHINE) for seed in SEEDS]
+    if settings.guide.learns:
+        assert all("loss" in result.curve[-2] for result in results), "nothing was learnt"
+    return [result.film for result in results]
 
 
-@pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
-@pytest.mark.parametrize("guide", [BSDF(), Uniform()], ids=lambda guide: guide.kind)
-def test_all_lights_and_materials_have_one_mean(guide, nee):
-    results = [render(SCENES["studio"], Render(spp=16 * SPP, nee=nee, seed=seed, guide=guide), MACHINE) for seed in SEEDS]
-    assert_unbiased([result.film for result in results], truth("studio"))
+@by_nee
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("guide", GUIDES, ids=unions.name)
+def test_guided_mean_is_the_unguided_mean(guide, name, nee):
+    spp = {"box": SPP, "studio": 4 * SPP}[name] if guide.learns else {"box": 4 * SPP, "studio": 16 * SPP}[name]
+    assert_unbiased(rendered(name, Render(spp=spp, nee=nee, guide=guide)), truth(name))
+
+
+@pytest.mark.parametrize("guide", [guide for guide in EVERY_GUIDE if guide not in GUIDES], ids=unions.name)
+def test_so_it_is_with_every_choice(guide):
+    assert_unbiased(rendered("box", Render(spp=SPP, nee=False, emphasis=0.5, guide=guide)), truth("box"))
+
+
+@by_nee
+@pytest.mark.parametrize("guide", ALONE, ids=unions.name)
+def test_so_it_is_where_the_guide_is_alone(guide, nee):
+    assert_unbiased(rendered("box", Render(spp=SPP, nee=nee, guide=guide)), truth("box"))
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -127,7 +120,7 @@ def terrible(scene: SceneData, bsdf_fraction: float) -> Directions:
     return Directions(np.float32(bsdf_fraction), 5, 6, table.cells, (cdf / cdf[:, -1:]).astype(np.float32))
 
 
-@pytest.mark.parametrize("nee", [False, True], ids=["", "nee"])
+@by_nee
 @pytest.mark.parametrize(("name", "bsdf_fraction"), [("box", 0.0), ("box", 0.3), ("studio", 0.3)])
 def test_a_terrible_table_costs_no_bias(name, bsdf_fraction, nee):
     scene, films = SCENES[name], []

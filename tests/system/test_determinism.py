@@ -15,22 +15,18 @@ import pytest
 from blender_rl_guiding.render import Result, render
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
-from blender_rl_guiding.settings import DQN, Machine, QTable, Render, Uniform
-from tests import scenes
+from blender_rl_guiding.settings import Machine, Render
+from tests import scenes, unions
 from tests.studio import studio
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = DQN(layers=2, width=16, rows=4, columns=6, cells=8, recorded=3000, learning_starts=256, batch=256, first_steps=10, steps=4)
-METHODS = {
-    "uniform": Render(spp=6, nee=False, guide=Uniform()),
-    "bsdf": Render(spp=6, nee=False),
-    "bsdf nee": Render(spp=6),
+GUIDES = unions.guides()
+METHODS = {guide.kind + suffix: Render(spp=6, nee=bool(suffix), guide=guide) for guide in GUIDES for suffix in ("", " nee")} | {
     "bsdf nee independent": Render(spp=6, sampler="independent"),
-    "dqn": Render(spp=6, nee=False, guide=SMALL),
-    "dqn nee": Render(spp=6, guide=SMALL, nee=True),
-    "qtable nee": Render(spp=6, guide=QTable(recorded=3000), nee=True, emphasis=0.5),
+    "emphasised": Render(spp=6, emphasis=0.5),
     "adaptive": Render(spp=32, nee=True, noise=0.1, passes=True),
 }
+LEARNERS = [guide.kind for guide in GUIDES if guide.learns]
 
 OTHER_PROCESS = """
 import hashlib, sys, json
@@ -67,9 +63,10 @@ def test_another_seed_is_another_image(method):
 
 
 def test_guides_that_learn_have_learnt():
-    for method, plain in {"dqn": "bsdf", "dqn nee": "bsdf nee", "qtable nee": "bsdf nee"}.items():
-        assert "loss" in base(method).curve[-2]
-        assert (base(method).image != base(plain).image).mean() > 0.5
+    for kind in LEARNERS:
+        for suffix in ("", " nee"):
+            assert "loss" in base(kind + suffix).curve[-2]
+            assert (base(kind + suffix).image != base("bsdf" + suffix).image).mean() > 0.5
 
 
 def test_the_adaptive_render_has_been_adaptive():
@@ -77,7 +74,7 @@ def test_the_adaptive_render_has_been_adaptive():
     assert base("adaptive").film.layers()
 
 
-@pytest.mark.parametrize("method", ["bsdf nee", "dqn nee"])
+@pytest.mark.parametrize("method", [f"{guide.kind} nee" for guide in GUIDES])
 def test_all_kinds_of_lights_and_materials_too(method):
     whole, parts = (render(studio(64), METHODS[method], Machine(threads=t, batch=b)) for t, b in ((1, 4097), (2, 77)))
     np.testing.assert_array_equal(whole.image, parts.image)
@@ -95,7 +92,7 @@ def test_samples_are_the_same_however_many_follow():
 @pytest.mark.parametrize("omp_threads", ["1", "2"])
 def test_another_process_gives_the_same_bits(omp_threads, tmp_path):
     save(scenes.tiny(64), tmp_path / "scene.npz")
-    methods = "bsdf nee", "dqn", "dqn nee", "qtable nee"
+    methods = [f"{guide.kind} nee" for guide in GUIDES]
     settings = json.dumps([to_dict(METHODS[method]) for method in methods])
     command = [sys.executable, "-c", OTHER_PROCESS, str(tmp_path / "scene.npz"), settings]
     environment = os.environ | {"OMP_NUM_THREADS": omp_threads, "MKL_NUM_THREADS": omp_threads}

@@ -1,10 +1,9 @@
 """A render goes on from its checkpoint to the bits of an undisturbed one, for all guides. A line refuses that of another render."""
 
 import errno
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import NoReturn, get_args
+from typing import NoReturn
 
 import pytest
 
@@ -12,10 +11,9 @@ from blender_rl_guiding import npz
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.render import Checkpoint, Result, checkpoint, render, renderer
 from blender_rl_guiding.scene.description import Lamp
-from blender_rl_guiding.schema import Settings, entries
-from blender_rl_guiding.settings import BSDF, Guide, Machine, QTable, Render
-from tests import scenes
-from tests.checkpoints import KILLED, MACHINE, SETTINGS, SPP, Killed, change, judged, small, started, told
+from blender_rl_guiding.settings import BSDF, Machine, QTable, Render
+from tests import scenes, unions
+from tests.checkpoints import KILLED, LITTLE, MACHINE, SETTINGS, SPP, Killed, change, judged, started, told
 
 
 @pytest.fixture(autouse=True)
@@ -24,24 +22,10 @@ def _often(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checkpoint, "SHARE", 0)
 
 
-def members(config: type[Settings]) -> Iterator[Settings]:
-    """A class's defaults, and each alternative to each of its choices, switches and variants."""
-    yield config()
-    for entry in entries(config):
-        if entry.variants:
-            values = [value for variant in entry.variants.values() for value in members(variant)]
-        else:
-            values = [False, True] if entry.type is bool else [*entry.choices]
-        yield from (replace(config(), **{entry.name: value}) for value in values if value != entry.default)  # type: ignore[type-var]
-
-
-GUIDES = [small(settings) for guide in get_args(Guide) for settings in members(guide)]
-
-
-@pytest.mark.parametrize("guide", GUIDES, ids=lambda guide: f"{guide.kind}-{GUIDES.index(guide)}")
+@pytest.mark.parametrize("guide", unions.every_guide(LITTLE), ids=unions.name)
 def test_every_guide_goes_on_to_the_same_bits(guide, tmp_path, notes):
     scene, path, passes = scenes.tiny(10), tmp_path / "new" / "checkpoint.npz", []
-    settings = Render(spp=SPP if not isinstance(guide, BSDF) else 1000, guide=guide, passes=True)
+    settings = Render(spp=SPP if guide.learns else 1000, guide=guide, passes=True)
     whole = render(scene, settings, MACHINE, judged)
     started(scene, settings, path)
     kept = Checkpoint(path)
@@ -174,7 +158,7 @@ def test_one_that_cannot_be_written_is_noted_once_and_nothing_ends(tmp_path, not
     ("other", "named"),
     [
         ({"settings": replace(SETTINGS["qtable"], seed=1)}, "of other settings"),
-        ({"settings": replace(SETTINGS["qtable"], guide=small(QTable(levels=3)))}, "of other settings"),
+        ({"settings": replace(SETTINGS["qtable"], guide=unions.small(QTable(levels=3), LITTLE))}, "of other settings"),
         ({"scene": replace(scenes.tiny(8), world=scenes.sky((1.0, 2.0, 3.0)))}, "of another scene"),
         ({"program": "1.0"}, "of another version of the program, or another processor"),
         ({"judge": "abc"}, "judged by another reference"),

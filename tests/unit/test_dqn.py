@@ -1,4 +1,4 @@
-"""The deep Q-network's learning: its target by hand, its table, and that it converges to the radiance that is known on paper."""
+"""The deep Q-network's learning: a step by hand, its table, and that it converges to the radiance that is known on paper."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,8 @@ import torch
 from blender_rl_guiding.guiding.base import Transitions
 from blender_rl_guiding.guiding.dqn import MEAN_REWARD, DQNGuide
 from blender_rl_guiding.guiding.patches import mean_cosines, patches_of
+from blender_rl_guiding.guiding.replay import Experience, no_experience
+from blender_rl_guiding.guiding.training import Training, due, to_come
 from blender_rl_guiding.kernels import kernel
 from blender_rl_guiding.kernels.sampling import store, tangents, to_local, vector
 from blender_rl_guiding.render.film import Film
@@ -52,67 +54,74 @@ class Fixed(torch.nn.Module):
         return self.q[patch]
 
 
-# --- target ----------------------------------------------------------------------------------------------------------
+def training(online: Fixed, target: Fixed, **settings) -> Training:
+    made = Training(DQN(**SMALL | {"error": "squared"} | settings))
+    made.online, made.target = online, target  # type: ignore[assignment]
+    return made
 
 
-def test_expected_sarsa_target_by_hand():
-    guide, q = new_guide(), np.random.default_rng(1).exponential(size=N)
-    guide._scale = 0.5
-    cosines = (np.arange(N) // COLUMNS + 0.5) / ROWS
-    value = 2 * np.pi / N * (q * cosines).sum() / np.pi  # (2 pi / N) sum_k Q_k f cos_k, for albedo 1
-    target = guide._expected_sarsa(transitions(rewards=[0, 4, 4, 0], albedos=[1, 0, 0.25, 0]), Fixed(q)).detach()
-    np.testing.assert_allclose(target, [value, 2, 2 + 0.25 * value, 0], rtol=1e-5)
+def experience(rewards, albedos, patches) -> Experience:
+    """Between places that are all the same to a `Fixed` network."""
+    batch = no_experience(len(rewards))
+    return batch._replace(patch=np.int32(patches), reward=np.float32(rewards), albedo=np.float32(albedos))
 
 
-def test_value_of_an_even_sky_is_albedo_times_radiance():
-    guide = new_guide()
-    guide._scale = 1.0
-    target = guide._expected_sarsa(transitions([0, 1], [0.6, 0.6]), Fixed(np.full(N, 0.7))).detach()
-    np.testing.assert_allclose(target, [0.42, 1.42], rtol=1e-5)
+# --- a step ------------------------------------------------------------------------------------------------------------
 
 
 def test_no_gradient_flows_through_the_target():
-    guide, network = new_guide(error="squared"), Fixed(np.full(N, 0.3))
-    guide._online = guide._target = network  # type: ignore[assignment]
-    guide._scale, guide._optimiser = 1.0, torch.optim.SGD(network.parameters(), lr=0.0)  # type: ignore[assignment]
-    guide._train(transitions([1.0], [1.0]))
-    assert np.count_nonzero(network.q.grad) == 1  # Q of the patch alone
+    network = Fixed(np.full(N, 0.3))
+    training(network, network).step(experience([1.0], [1.0], [5]), 1.0)
+    assert np.flatnonzero(network.q.grad).tolist() == [5]  # Q of the patch alone
 
 
 def test_cdqn_takes_the_larger_loss_and_its_gradient():
     """Two transitions: the first is further from the target network's value, the second from the online network's own."""
-    guide, batch = new_guide(loss="cdqn", error="squared", optimiser="sgd", learning_rate=1.0), transitions([0.0, 1.0], [0.5, 0.5])
-    online, target = Fixed(np.full(N, 0.8)), Fixed(np.zeros(N))
-    guide._online, guide._target, guide._scale = online, target, 1.0  # type: ignore[assignment]
-    guide._optimiser = torch.optim.SGD(online.parameters(), lr=0.0)  # type: ignore[assignment]
+    online, target, patches = Fixed(np.full(N, 0.8)), Fixed(np.zeros(N)), [3, 17]
     # Residuals with the target network's value 0, and with the online one's, 0.5 * 0.8 = 0.4.
     dqn, own = [0.8 - 0.0, 0.8 - 1.0], [0.8 - 0.4, 0.8 - 1.4]
-    assert guide._train(batch) == pytest.approx((dqn[0] ** 2 + own[1] ** 2) / 2, rel=1e-5)
+    loss = training(online, target, loss="cdqn").step(experience([0.0, 1.0], [0.5, 0.5], patches), 1.0)
+    assert loss == pytest.approx((dqn[0] ** 2 + own[1] ** 2) / 2, rel=1e-5)
     # Both pull at their own patch's Q; the second, through its target, at all patches, by their share of the target.
-    patches = np.empty(2, np.int64)
-    patches_of(ROWS, COLUMNS, batch.normal, batch.direction, patches)
     gradient = np.zeros(N)
-    np.add.at(gradient, patches, [dqn[0], own[1]])
+    gradient[patches] = [dqn[0], own[1]]
     gradient -= own[1] * 0.5 * 2 / N * mean_cosines(ROWS, COLUMNS)
     np.testing.assert_allclose(online.q.grad, gradient, rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.5])
 @pytest.mark.parametrize("error", ["squared", "relative"])
-def test_first_loss_by_hand(error):
-    guide = new_guide(error=error)
-    q, batch = np.full(N, 0.3), transitions([1.0, 0.0], [0.0, 0.5])
-    guide._online, guide._target, guide._scale = Fixed(q), Fixed(q), 1.0  # type: ignore[assignment]
-    expected = np.mean([(0.3 - 1) ** 2, (0.3 - 0.5 * 0.3) ** 2]) / (1 if error == "squared" else 0.3**2 + 0.01)
-    assert guide._train(batch) == pytest.approx(expected, rel=1e-5)
+def test_first_loss_by_hand(error, scale):
+    network = Fixed(np.full(N, 0.3))
+    loss = training(network, network, error=error).step(experience([1.0, 0.0], [0.0, 0.5], [0, 1]), scale)
+    expected = np.mean([(0.3 - scale) ** 2, (0.3 - 0.5 * 0.3) ** 2]) / (1 if error == "squared" else 0.3**2 + 0.01)
+    assert loss == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_training_step_moves_the_target_by_tau():
-    guide = new_guide(tau=0.25)
-    guide._scale = 1.0
-    before = [p.clone() for p in guide._target.parameters()]
-    guide._train(transitions(np.ones(8), np.ones(8)))
-    for now, old, online in zip(guide._target.parameters(), before, guide._online.parameters(), strict=True):
+    made = Training(DQN(**SMALL | {"tau": 0.25}))
+    before = [p.clone() for p in made.target.parameters()]
+    made.step(experience(np.ones(8), np.ones(8), np.arange(8)), 1.0)
+    assert made.steps == 1
+    for now, old, online in zip(made.target.parameters(), before, made.online.parameters(), strict=True):
         np.testing.assert_allclose(now.detach(), (0.75 * old + 0.25 * online).detach(), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("done", "passes", "most", "due_now", "all_to_come"),
+    [
+        (0, 10, 1000, 300, 300 + 10 * 20),
+        (150, 9, 1000, 20, 150 + 9 * 20),  # in the midst of the first training
+        (300, 9, 1000, 20, 9 * 20),
+        (300, 9, 310, 10, 10),
+        (310, 9, 310, 0, 0),
+        (480, 0, 1000, 20, 0),
+    ],
+)
+def test_steps_are_due_after_each_pass(done, passes, most, due_now, all_to_come):
+    settings = DQN(first_steps=300, steps=20, max_steps=most)
+    assert due(settings, done) == due_now
+    assert to_come(settings, done, passes) == all_to_come
 
 
 @kernel
@@ -142,7 +151,7 @@ def test_learning_waits_for_transitions_and_for_light():
     assert guide.learn(transitions(np.zeros(20), np.ones(20))) == {}  # no light seen yet
     assert new_guide(learning_starts=10).learn(transitions(np.ones(9), np.ones(9))) == {}  # too few
     assert guide.learn(transitions(np.full(5, 8.0), np.ones(5)))["steps"] == 3  # first_steps
-    assert guide._scale == pytest.approx(MEAN_REWARD / 8)  # by the first pass that saw light
+    assert guide.state()["scale"] == pytest.approx(MEAN_REWARD / 8)  # by the first pass that saw light
     assert guide.directions().bsdf_fraction == np.float32(0.3)
     assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 3 + 4
     assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 8  # max_steps
@@ -156,8 +165,7 @@ def test_learning_waits_for_transitions_and_for_light():
 def test_table_is_q_or_q_times_cosine(weights):
     guide = new_guide(weights=weights, first_steps=1)
     guide.learn(transitions(np.ones(100), np.ones(100), positions=np.random.default_rng(1).random((100, 3))))
-    q = guide._online(*guide._state(*guide.cells.states())).detach().numpy().astype(float)
-    expected = q * (mean_cosines(ROWS, COLUMNS) if weights == "product" else 1)
+    expected = guide.q().astype(float) * (mean_cosines(ROWS, COLUMNS) if weights == "product" else 1)
     cdf = guide.directions().cdf
     assert len(cdf) == guide.cells.count > 3
     np.testing.assert_allclose(np.diff(cdf, axis=1, prepend=0), expected / expected.sum(axis=1, keepdims=True), atol=1e-6)
@@ -176,6 +184,13 @@ def learned(scene: SceneData, render: Render, passes: int) -> tuple[DQNGuide, np
     return guide, guide.q()
 
 
+def learnt_at(guide: DQNGuide, position) -> np.ndarray:
+    """Q of every patch at a point of a floor, (N,)."""
+    learnt = guide.learnt(np.float32(position), np.float32(UP))
+    assert learnt
+    return learnt.radiance.ravel()
+
+
 @pytest.mark.parametrize("loss", ["dqn", "cdqn"])
 def test_two_states_learn_their_bellman_equations(loss):
     """Through every direction state 0 sees a wall of emission 1 and albedo 1/2 in state 1, which sees a wall of emission 0 in state 0."""
@@ -187,8 +202,7 @@ def test_two_states_learn_their_bellman_equations(loss):
     positions = np.where(here[:, None], (1.0, 0.5, 0.9), (-0.5, -0.5, 0.1))
     guide.learn(transitions(rewards=1.0 - here, albedos=np.full(n, 0.5), positions=positions, next_positions=positions[::-1].copy()))
     # positions[::-1] pairs each state with the other; Q0 = 1 + Q1 / 2, Q1 = Q0 / 2.
-    with torch.no_grad():
-        q = guide._online(*guide._state(positions[:2].astype(np.float32), np.array([UP, UP], np.float32))).numpy() / guide._scale
+    q = np.stack([learnt_at(guide, position) for position in positions[:2]])
     np.testing.assert_allclose(q.mean(axis=1), [4 / 3, 2 / 3], rtol=0.03)
     assert q.std(axis=1).max() < 0.05
 
@@ -217,6 +231,5 @@ def test_lamp_is_found():
     """On the floor below the tiny scene's lamp, the patch towards it is the brightest by far."""
     settings = DQN(**SMALL | {"recorded": 5000, "steps": 20, "rows": 6, "columns": 8})
     guide, _ = learned(scenes.tiny(64), Render(nee=False, guide=settings), 30)
-    with torch.no_grad():
-        q = guide._online(*guide._state(np.zeros((1, 3), np.float32), np.array([UP], np.float32))).numpy()[0]
+    q = learnt_at(guide, (0, 0, 0))
     assert q[40:].mean() > 5 * q[:40].mean()  # the row around the zenith

@@ -2,7 +2,7 @@
 
 import copy
 import math
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,26 +13,16 @@ from torch.nn import functional
 from blender_rl_guiding.guiding.encoders import make_encoder
 from blender_rl_guiding.guiding.encoders.bspline import NARROWEST, quadratic, spline
 from blender_rl_guiding.settings import RBF, BSpline, Encoder, Frequency, NoEncoding
+from tests import unions
 from tests.gradients import assert_gradients
 
 MATRIX = BSpline(reads="matrix", matrix_columns=2)
-ALL = [*(encoder() for encoder in get_args(Encoder)), MATRIX]
-SMALL = [
-    NoEncoding(),
-    Frequency(2),
-    RBF(across=3, up=2, sigma=0.6, width=5, features=4),
-    BSpline(features=2, knots=4, width=6),
-    BSpline(reads="matrix", matrix_columns=2, features=2, knots=4, width=6),
-]
+ALL, SMALL = unions.every_encoder({}), unions.every_encoder()
 B_SPLINES = [BSpline(features=2, knots=5, width=8), BSpline(reads="matrix", matrix_columns=3, features=2, knots=4, width=8)]
 CORNERS = torch.cartesian_prod(*[torch.tensor([-1.0, 1.0])] * 3)
 
 
-def name(settings: Encoder) -> str:
-    return f"{settings.kind}-{settings.reads}" if isinstance(settings, BSpline) else settings.kind
-
-
-every = pytest.mark.parametrize("settings", ALL, ids=name)
+every = pytest.mark.parametrize("settings", ALL, ids=unions.name)
 
 
 def seeded(settings: Encoder, seed: int = 1) -> Any:
@@ -53,7 +43,7 @@ def states(count: int, seed: int = 2, dtype: torch.dtype = torch.float32) -> tup
 def test_width_and_type(settings):
     encoder = seeded(settings)
     encoded = encoder(*states(7))
-    assert encoded.shape == (7, encoder.width)
+    assert encoded.shape == (7, settings.outputs())
     assert encoded.dtype == torch.float32
 
 
@@ -97,11 +87,11 @@ def test_finite_at_the_corners(settings):
         assert gradient.isfinite().all()
 
 
-@pytest.mark.parametrize("settings", SMALL, ids=name)
+@pytest.mark.parametrize("settings", SMALL, ids=unions.name)
 def test_gradients_are_those_of_finite_differences(settings):
     encoder = seeded(settings).double()
     x, n = (leaf.requires_grad_() for leaf in states(20, dtype=torch.float64))
-    weights = torch.randn(20, encoder.width, dtype=torch.float64)
+    weights = torch.randn(20, settings.outputs(), dtype=torch.float64)
     assert_gradients(lambda: (encoder(x, n) * weights).sum(), (x, n, *encoder.parameters()))
 
 
@@ -258,7 +248,7 @@ def test_a_spline_without_width_harms_no_other():
 # --- B-splines: the encoder ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("settings", B_SPLINES, ids=name)
+@pytest.mark.parametrize("settings", B_SPLINES, ids=unions.name)
 def test_bspline_by_its_formula(settings):
     """Outputs of the small network: omega of every spline, then delta; of each the axes, and of each axis its features."""
     encoder, (x, n) = seeded(settings).double(), states(6, dtype=torch.float64)
@@ -275,11 +265,11 @@ def test_bspline_by_its_formula(settings):
                 widths = [v / sum(exponentials) for v in exponentials]
                 features.append(feature((point[axis].item() + 1) / 2, weights, widths))
         rows.append(features)
-    assert len(rows[0]) == encoder.width - 6
+    assert len(rows[0]) == settings.outputs() - 6
     np.testing.assert_allclose(encoder(x, n).detach(), np.concatenate([x, n, rows], axis=1), atol=1e-12)
 
 
-@pytest.mark.parametrize("settings", B_SPLINES, ids=name)
+@pytest.mark.parametrize("settings", B_SPLINES, ids=unions.name)
 def test_features_lie_along_one_axis_where_a_matrix_is_read(settings):
     """There a feature changes along its own axis alone; where the point is read, along all."""
     encoder, x = seeded(settings).double(), torch.full((1, 3), 0.3, dtype=torch.float64)
@@ -318,7 +308,7 @@ def test_each_column_of_the_matrix_has_features_of_its_own():
     assert torch.equal(changed, torch.tensor([[False, True]] * 9))
 
 
-@pytest.mark.parametrize("settings", [RBF(), BSpline(), MATRIX], ids=name)
+@pytest.mark.parametrize("settings", [RBF(), BSpline(), MATRIX], ids=unions.name)
 def test_all_that_is_trained_has_a_gradient(settings):
     encoder = seeded(settings)
     gradients = torch.autograd.grad(encoder(*states(30)).square().sum(), list(encoder.parameters()))

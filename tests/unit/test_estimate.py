@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.guiding import make_guide
+from blender_rl_guiding.guiding.base import Guide
 from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.render import Result, render, renderer
 from blender_rl_guiding.render.estimate import pace
@@ -15,13 +16,21 @@ from blender_rl_guiding.render.noise import LEAST_SAMPLES, needed
 from blender_rl_guiding.settings import BSDF, DQN, QTable, Render
 from tests import scenes
 
-LEARNER = DQN(first_steps=300, steps=20)
+
+class Working(Guide):
+    """A guide that has learnt so much, and has so much to learn."""
+
+    def __init__(self, done: int, to_come: int) -> None:
+        self._work = done, to_come
+
+    def work(self, taken: int, passes: int) -> tuple[int, int]:
+        return self._work
 
 
-def state(settings: Render, samples: int, seconds: float, learning: float = 0.0, steps: int = 0) -> Result:
+def state(settings: Render, samples: int, seconds: float, learning: float = 0.0, guide: Guide | None = None) -> Result:
     more = settings.spp - samples
-    guide = make_guide(BSDF(), scenes.tiny(2), 0)
-    return Result(Film(2, 2), guide, seconds, learning, samples, ahead=more / samples, rounds=more, steps=steps)
+    guide = guide or make_guide(BSDF(), scenes.tiny(2), 0)
+    return Result(Film(2, 2), guide, seconds, learning, samples, ahead=more / samples, rounds=more)
 
 
 @pytest.mark.parametrize(
@@ -31,11 +40,9 @@ def state(settings: Render, samples: int, seconds: float, learning: float = 0.0,
         (Render(spp=32, seconds=5.0), (8, 4.0), 1.0),
         (Render(spp=32, seconds=5.0), (8, 6.0), 0.0),
         (Render(spp=11, guide=QTable()), (1, 3.0, 2.0), 10 * 1.0 + 9 * 2.0),
-        (Render(spp=11, guide=LEARNER), (1, 16.0, 15.0, 150), 10 * 1.0 + (150 + 9 * 20) * 0.1),  # in the midst of training
-        (Render(spp=11, guide=LEARNER), (1, 31.0, 30.0, 300), 10 * 1.0 + 9 * 20 * 0.1),
-        (Render(spp=11, guide=LEARNER), (2, 4.0), 9 * 2.0),  # nothing to learn from yet
-        (Render(spp=11, guide=DQN(first_steps=300, steps=20, max_steps=310)), (1, 31.0, 30.0, 300), 10 * 1.0 + 10 * 0.1),
-        (Render(spp=11, guide=LEARNER), (11, 60.0, 48.0, 480), 0.0),
+        (Render(spp=11), (1, 16.0, 15.0, Working(150, 330)), 10 * 1.0 + 330 * 0.1),  # in the midst of training
+        (Render(spp=11), (2, 4.0, 0.0, Working(0, 330)), 9 * 2.0),  # nothing to learn from yet
+        (Render(spp=11), (11, 60.0, 48.0, Working(480, 0)), 0.0),
     ],
 )
 def test_seconds_that_remain(settings: Render, at: tuple, expected: float):

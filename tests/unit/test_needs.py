@@ -11,10 +11,10 @@ import pytest
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.guiding import cell_count
 from blender_rl_guiding.guiding.cell_count import cells_found
+from blender_rl_guiding.memory import GUESSED, MEASURED
 from blender_rl_guiding.notices import heard_by
 from blender_rl_guiding.render import beforehand, needs, render
 from blender_rl_guiding.render.beforehand import forewarn
-from blender_rl_guiding.render.needs import MEASURED
 from blender_rl_guiding.scene.data import SceneData, Texture
 from blender_rl_guiding.settings import DQN, Machine, QTable, Render
 from tests import scenes
@@ -95,7 +95,7 @@ def test_renders_at_a_time_are_not_all_the_heaviest(monkeypatch):
 CITY = QTable(cells=1024, rows=64, columns=128)  # the number of cells that paths find is unknown beforehand
 
 
-@pytest.mark.parametrize(("share", "fits"), [(0.9 * needs.GUESSED, False), (1.1 * needs.GUESSED, True)])
+@pytest.mark.parametrize(("share", "fits"), [(0.9 * GUESSED, False), (1.1 * GUESSED, True)])
 def test_tables_of_guides_are_refused_by_what_they_take_at_least(monkeypatch, share, fits):
     settings = Render(spp=100, guide=CITY)
     monkeypatch.setattr(needs, "available", lambda: share * needs.needs(ROOM, settings, MACHINE).total)

@@ -8,7 +8,8 @@ import torch
 from torch import Tensor, nn
 
 from blender_rl_guiding.guiding.network import QNetwork, soft_update, target_of
-from blender_rl_guiding.settings import DQN, RBF, BSpline, Encoder, Frequency, NoEncoding
+from blender_rl_guiding.settings import DQN, BSpline, Encoder, NoEncoding
+from tests import unions
 from tests.gradients import assert_gradients
 
 X, N = torch.tensor([[0.1, -0.25, 1.0], [0.0, 0.5, -1.0]]), torch.tensor([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0]])
@@ -51,13 +52,6 @@ def test_one_patch_is_its_entry_among_all():
 
 # --- gradients -------------------------------------------------------------------------------------------------------
 
-ENCODERS = [
-    NoEncoding(),
-    Frequency(2),
-    RBF(across=3, up=2, width=8, features=4),
-    BSpline(features=2, knots=4, width=8),
-    BSpline(reads="matrix", matrix_columns=2, features=2, knots=4, width=8),
-]
 STATES = 40
 
 
@@ -77,7 +71,7 @@ def cdqn(*arguments) -> Tensor:
 
 @pytest.mark.parametrize("activation", ["relu", "silu", "tanh"])
 @pytest.mark.parametrize("loss", [dqn, cdqn])
-@pytest.mark.parametrize("encoder", ENCODERS, ids=lambda e: f"{e.kind}-{e.reads}" if isinstance(e, BSpline) else e.kind)
+@pytest.mark.parametrize("encoder", unions.every_encoder(), ids=unions.name)
 def test_gradients_are_those_of_finite_differences(encoder: Encoder, loss: Callable, activation):
     torch.manual_seed(1)
     network = QNetwork(DQN(encoder=encoder, layers=3, width=8, rows=2, columns=3, activation=activation)).double()

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.reliability import mutations
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.experiments import inspection, probe, truth
+from blender_rl_guiding.guiding.patch_guide import PatchGuide
 from blender_rl_guiding.render import render
 from blender_rl_guiding.report.discs import averaged
 from blender_rl_guiding.scene.data import SceneData
@@ -85,22 +86,21 @@ def test_what_a_guide_has_learnt_is_that_of_the_points_cell(settings):
     point = probe.find(scene, ON_FLOOR, MACHINE)
     assert point
     guide = render(scene, Render(spp=8, nee=False, guide=settings), MACHINE).guide
-    q, chances = probe.learnt(guide, point), probe.chances(guide, point)
-    assert q is not None
-    assert chances is not None
-    assert isinstance(guide, probe.Learner)
+    learnt = guide.learnt(point.position, point.normal)
+    assert learnt
+    assert learnt.radiance.shape == learnt.chances.shape == (3, 4)
+    assert isinstance(guide, PatchGuide)
+    (row,) = guide.states(point.position[None], point.normal[None])
+    np.testing.assert_array_equal(learnt.radiance, guide.q()[row].reshape(3, 4))
     position, normal = guide.cells.states()
-    row = int(guide.cells.rows(point.position[None], point.normal[None])[0])
     assert np.abs(position[row] - point.position).max() < 8 / 4
     assert normal[row][2] > 0.99
-    np.testing.assert_array_equal(q, guide.q()[row].reshape(3, 4))
-    assert chances.shape == (3, 4)
-    assert chances.sum() == pytest.approx(1, abs=1e-5)
-    assert chances.min() >= 0
+    assert learnt.chances.sum() == pytest.approx(1, abs=1e-5)
+    assert learnt.chances.min() >= 0
     told = probe.described(guide, point)
     assert told
     assert json.loads(json.dumps(told))["pixel"] == list(ON_FLOOR)
-    np.testing.assert_allclose(np.reshape(told["q"], (told["rows"], told["columns"])), q, rtol=1e-4)
+    np.testing.assert_allclose(np.reshape(told["q"], (told["rows"], told["columns"])), learnt.radiance, rtol=1e-4)
 
 
 def test_nothing_is_learnt_without_learning_or_of_unknown_cells():
@@ -109,10 +109,9 @@ def test_nothing_is_learnt_without_learning_or_of_unknown_cells():
     assert point
     far = probe.Point(point.pixel, np.float32((0, 0, 99)), point.normal)
     for settings in (Render(spp=4), Render(spp=1, nee=False, guide=TABLE), Render(spp=1, nee=False, guide=NETWORK)):
-        guide = render(scene, settings, MACHINE).guide
-        assert probe.learnt(guide, point) is probe.chances(guide, point) is probe.described(guide, point) is None
+        assert probe.described(render(scene, settings, MACHINE).guide, point) is None
     guide = render(scene, Render(spp=4, nee=False, guide=TABLE), MACHINE).guide
-    assert probe.learnt(guide, far) is None
+    assert probe.described(guide, far) is None
     assert probe.described(guide, None) is None
 
 
@@ -192,16 +191,15 @@ def test_what_stands_for_a_truth_is_neither_waited_for_nor_read_without_end(kind
 def test_every_cell_has_a_colour_of_its_own():
     scene = room()
     guide = render(scene, Render(spp=4, nee=False, guide=TABLE), MACHINE).guide
-    assert isinstance(guide, probe.Learner)
     view = probe.view(scene, MACHINE)
-    picture = inspection.states(view, guide.cells)
-    rows = guide.cells.rows(view.position.reshape(-1, 3), view.normal.reshape(-1, 3)).reshape(12, 12)
+    picture = inspection.states(view, guide)
+    rows = guide.states(view.position.reshape(-1, 3), view.normal.reshape(-1, 3)).reshape(12, 12)
     seen = {int(row): tuple(colour) for row, colour in zip(rows[view.reflects], picture[view.reflects].tolist(), strict=True)}
     assert len(set(seen.values())) == len(seen) >= 4
     assert (picture[LAMP[::-1]] == 255).all()
     assert (picture[NOTHING[::-1]] == 0).all()
     moved = view._replace(position=view.position + np.float32(99))
-    assert (inspection.states(moved, guide.cells)[view.reflects] == inspection.GREY).all()
+    assert (inspection.states(moved, guide)[view.reflects] == inspection.GREY).all()
 
 
 def test_colours_never_repeat():

@@ -5,7 +5,7 @@ import pytest
 
 from blender_rl_guiding.guiding.base import Transitions
 from blender_rl_guiding.guiding.directions import UNKNOWN
-from blender_rl_guiding.guiding.qtable import LEAST, QTableGuide, added, expected_sarsa
+from blender_rl_guiding.guiding.qtable import LEAST, QTableGuide, added, borrowed, expected_sarsa
 from blender_rl_guiding.settings import QTable
 from tests import scenes
 
@@ -16,7 +16,7 @@ COSINES = np.repeat([0.25, 0.75], COLUMNS).astype(np.float32)
 
 
 def new_guide(**settings) -> QTableGuide:
-    return QTableGuide(QTable(**({"rows": ROWS, "columns": COLUMNS, "cells": 4} | settings)), scenes.furnace_box(0.5, 1.0))
+    return QTableGuide(QTable(**({"rows": ROWS, "columns": COLUMNS, "cells": 4} | settings)), scenes.furnace_box(0.5, 1.0), seed=0)
 
 
 def transitions(positions, rewards, albedos, next_positions) -> Transitions:
@@ -57,13 +57,12 @@ def test_sums_by_row():
 
 def test_what_cells_borrow():
     """Two cells below one: each is its visits' mean and `prior` visits of its parent's, which borrows from the mean of all."""
-    guide = new_guide(levels=2, prior=2.0)
-    guide._visits = np.array([[4, 0], [0, 2]], np.float32)
+    visits = np.array([[4, 0], [0, 2]], np.float32)
     means = np.array([[1, 0], [0, 5]], np.float32)
     everything = (4 * 1 + 2 * 5) / 6
     parent = [(4 * 1 + 2 * everything) / 6, (2 * 5 + 2 * everything) / 4]
     expected = [[(4 * 1 + 2 * parent[0]) / 6, parent[1]], [parent[0], (2 * 5 + 2 * parent[1]) / 4]]
-    np.testing.assert_allclose(guide._borrowed(means, [(np.array([0, 0], np.int32), 1)]), expected, rtol=1e-6)
+    np.testing.assert_allclose(borrowed(means, visits, [(np.array([0, 0], np.int32), 1)], np.float32(2)), expected, rtol=1e-6)
 
 
 def test_learning_waits_for_light():
@@ -87,10 +86,11 @@ def test_a_table_that_forgot_all_light_has_no_cells_either():
 @pytest.mark.parametrize("second_moment", [False, True])
 @pytest.mark.parametrize("weights", ["radiance", "product"])
 def test_table_holds_what_was_learnt(weights, second_moment):
-    guide, n = new_guide(weights=weights, second_moment=second_moment), 500
+    guide, n = new_guide(weights=weights, second_moment=second_moment, levels=1), 500
     rng = np.random.default_rng(1)
     guide.learn(transitions(rng.uniform(-1, 1, (n, 3)), rng.exponential(size=n), np.zeros(n), np.zeros((n, 3))))
-    learnt = np.sqrt(guide._borrowed(guide._squares, guide._parents())) if second_moment else guide.q()
+    state = guide.state()
+    learnt = np.sqrt(borrowed(state["squares"], state["visits"], [], np.float32(4))) if second_moment else guide.q()
     expected = (learnt + LEAST * learnt.mean(axis=1, keepdims=True)) * (COSINES if weights == "product" else 1)
     cdf = guide.directions().cdf
     assert len(cdf) == guide.cells.count > 3

@@ -7,15 +7,15 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from blender_rl_guiding.guiding.base import OnStep, Transitions
-from blender_rl_guiding.guiding.directions import Directions, one_cell
+from blender_rl_guiding.guiding.base import Guide, OnStep, Transitions, unheard
 from blender_rl_guiding.guiding.dqn import DQNGuide
 from blender_rl_guiding.render import Result, render, renderer
 from blender_rl_guiding.render.noise import LEAST_SAMPLES
 from blender_rl_guiding.render.passes import PassTracer
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader
 from blender_rl_guiding.scene.faults import find_fault
-from blender_rl_guiding.settings import DQN, Guide, Machine, Render
+from blender_rl_guiding.settings import DQN, Machine, Render
+from blender_rl_guiding.settings import Guide as AnyGuide
 from tests import scenes
 
 MACHINE = Machine(batch=1024)
@@ -75,19 +75,16 @@ def test_what_the_caller_does_does_not_use_up_the_time_limit(monkeypatch):
     assert result.film.samples == 20
 
 
-class Told:
+class Told(Guide):
     """A guide that learns nothing, and tells what it is given to tell."""
 
     def __init__(self, *told: dict[str, Any]) -> None:
         self._told = iter(told)
 
-    def directions(self) -> Directions:
-        return one_cell(bsdf_fraction=1.0)
-
     def wanted(self) -> int:
         return 10
 
-    def learn(self, transitions: Transitions, on_step: OnStep) -> dict[str, Any]:
+    def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
         return next(self._told)
 
 
@@ -194,7 +191,7 @@ def test_attributes_of_no_object():
     assert render(scene, Render(spp=1), MACHINE).image == pytest.approx(np.broadcast_to(GREY, (4, 4, 3)))
 
 
-@pytest.mark.parametrize("guide", get_args(Guide))
+@pytest.mark.parametrize("guide", get_args(AnyGuide))
 @pytest.mark.parametrize("name", PLAIN)
 def test_plain_images_of_all_guides(name: str, guide: type):
     scene, color = PLAIN[name]

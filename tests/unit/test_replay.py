@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from blender_rl_guiding.guiding.base import Transitions, empty_transitions
-from blender_rl_guiding.guiding.replay import ReplayMemory
+from blender_rl_guiding.guiding.replay import BYTES, Experience, ReplayMemory, no_experience
 
 
-def numbered(first: int, count: int) -> Transitions:
-    """Transitions whose every field tells their number."""
+def numbered(first: int, count: int) -> Experience:
+    """Experience whose every field tells their number."""
     numbers = np.arange(first, first + count)
-    return Transitions(
-        *(np.broadcast_to(numbers.reshape(-1, *[1] * (a.ndim - 1)), a.shape).astype(a.dtype) for a in empty_transitions(count))
-    )
+    return Experience(*(np.broadcast_to(numbers.reshape(-1, *[1] * (a.ndim - 1)), a.shape).astype(a.dtype) for a in no_experience(count)))
 
 
 def held(memory: ReplayMemory) -> list[int]:
@@ -56,3 +53,7 @@ def test_memory_is_a_copy():
     memory.add(new)
     new.reward[:] = 9
     assert held(memory) == [0, 1]
+
+
+def test_bytes_of_one():
+    assert sum(array.nbytes for array in no_experience(1)) == BYTES

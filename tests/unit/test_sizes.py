@@ -1,22 +1,15 @@
 """The sizes that panels show are those of the network that is trained."""
 
-from typing import get_args
-
 import pytest
+import torch
 from torch import nn
 
 from blender_rl_guiding.guiding.network import QNetwork
-from blender_rl_guiding.settings import DQN, RBF, BSpline, Encoder, Frequency, NoEncoding
-from blender_rl_guiding.sizes import sizes
+from blender_rl_guiding.settings import DQN, Encoder
+from tests import unions
 
-ENCODERS = (
-    NoEncoding(),
-    Frequency(octaves=7),
-    RBF(across=5, up=2, width=11, features=13),
-    BSpline(features=5, knots=7, width=12),
-    BSpline(reads="matrix", matrix_columns=3, features=5, knots=7, width=12),
-    BSpline(reads="point", matrix_columns=3),
-)
+# All numbers differ, so that none can stand for another.
+SIZES = {"octaves": 7, "across": 5, "up": 2, "width": 11, "features": 13, "knots": 8, "matrix_columns": 3}
 
 
 def dense(module: nn.Module) -> tuple[int, ...]:
@@ -25,17 +18,13 @@ def dense(module: nn.Module) -> tuple[int, ...]:
     return (*(layer.in_features for layer in layers[:1]), *(layer.out_features for layer in layers))
 
 
-def test_all_encoders_are_here():
-    assert {type(encoder) for encoder in ENCODERS} == set(get_args(Encoder))
-
-
 @pytest.mark.parametrize("layers", [1, 4])
-@pytest.mark.parametrize("encoder", ENCODERS)
+@pytest.mark.parametrize("encoder", unions.every_encoder(SIZES), ids=unions.name)
 def test_sizes_are_those_of_the_network(encoder: Encoder, layers: int):
     settings = DQN(encoder=encoder, layers=layers, width=17, rows=3, columns=5)
     network = QNetwork(settings)
-    said = sizes(settings)
-    assert said.widths == (network.encoder.width, *[17] * (layers - 1), 15)
-    assert said.widths[1:] == (*dense(network.hidden)[1:], network.last.out_features)
-    assert said.encoder == dense(network.encoder)
-    assert said.parameters == sum(parameter.numel() for parameter in network.parameters())
+    x, n = torch.zeros(2, 3), torch.ones(2, 3)
+    assert settings.widths() == (network.encoder(x, n).shape[1], *[17] * (layers - 1), 15)
+    assert settings.widths()[1:] == (*dense(network.hidden)[1:], network.last.out_features)
+    assert encoder.layers_of_its_own() == dense(network.encoder)
+    assert settings.trained() == sum(parameter.numel() for parameter in network.parameters())

@@ -1,22 +1,14 @@
 """How a surface point is presented to the network, one file an encoder. An encoder maps (x, n) to the network's input."""
 
+from importlib import import_module
+
 from torch import nn
 
-from ...settings import RBF, BSpline, Encoder, Frequency, NoEncoding
-from .bspline import BSplineEncoder
-from .frequency import FrequencyEncoder
-from .none import PlainEncoder
-from .rbf import RBFEncoder
+from ...guide_settings import EncoderSettings
 
 
-def make_encoder(settings: Encoder) -> nn.Module:
-    """A module with `.width` that maps x in [-1, 1]^3 and the unit normal n, (batch, 3) each, to (batch, width)."""
-    match settings:
-        case NoEncoding():
-            return PlainEncoder()
-        case Frequency():
-            return FrequencyEncoder(settings.octaves)
-        case RBF():
-            return RBFEncoder(settings)
-        case BSpline():
-            return BSplineEncoder(settings)
+def make_encoder(settings: EncoderSettings) -> nn.Module:
+    """`ENCODER` of the module that bears the kind's name: maps x in [-1, 1]^3 and the unit normal n, (batch, 3) each, to
+    (batch, `settings.outputs()`).
+    """
+    return import_module(f".{settings.kind}", __package__).ENCODER(settings)

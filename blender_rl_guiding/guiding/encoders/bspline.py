@@ -6,8 +6,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ...settings import BSpline
-from .mlp import three_layers
+from ...guide_settings import BSpline
+from .mlp import dense_layers
 
 NARROWEST = 1e-3  # of the scene's side: softmax can make widths that one must not divide by
 
@@ -21,12 +21,9 @@ class BSplineEncoder(nn.Module):
 
     def __init__(self, settings: BSpline) -> None:
         super().__init__()
-        by_matrix = settings.reads == "matrix"
-        self.matrix = nn.Parameter(2 * torch.rand(3, settings.matrix_columns) - 1) if by_matrix else None
-        columns = settings.matrix_columns if by_matrix else 1
-        self.width = 6 + 3 * columns * settings.features
-        self.outputs = (columns, 2, settings.knots, 3, settings.features)
-        self.network = three_layers(3, settings.width, 2 * settings.knots * 3 * settings.features)
+        self.matrix = nn.Parameter(2 * torch.rand(3, settings.matrix_columns) - 1) if settings.reads == "matrix" else None
+        self.outputs = (settings.sets(), 2, settings.knots, 3, settings.features)
+        self.network = dense_layers(settings.layers_of_its_own())
 
     def forward(self, x: Tensor, n: Tensor) -> Tensor:
         read = x if self.matrix is None else self.matrix.T
@@ -66,3 +63,6 @@ class _Quadratic(torch.autograd.Function):
         (t,), (gradient,) = ctx.saved_tensors, gradients
         rising, falling = ((t - middle).abs_().neg_().add_(1).relu_() for middle in (1, 2))
         return rising.sub_(falling).mul_(gradient)
+
+
+ENCODER = BSplineEncoder

@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor, nn
 
-from ...settings import RBF
-from .mlp import three_layers
+from ...guide_settings import RBF
+from .mlp import dense_layers
 
 
 class RBFEncoder(nn.Module):
@@ -15,11 +15,10 @@ class RBFEncoder(nn.Module):
 
     def __init__(self, settings: RBF) -> None:
         super().__init__()
-        self.width = 6 + settings.features
         self.sigma = settings.sigma
         self.register_buffer("horizontal", cell_centres(settings.across))
         self.register_buffer("vertical", cell_centres(settings.up))
-        self.network = three_layers(settings.across**2 * settings.up, settings.width, settings.features)
+        self.network = dense_layers(settings.layers_of_its_own())
 
     def forward(self, x: Tensor, n: Tensor) -> Tensor:
         return torch.cat([x, n, self.network(self.curves(x))], dim=1)
@@ -37,3 +36,6 @@ class RBFEncoder(nn.Module):
 def cell_centres(count: int) -> Tensor:
     """The centres of `count` equal parts of [-1, 1]."""
     return (2 * torch.arange(count) + 1) / count - 1
+
+
+ENCODER = RBFEncoder

@@ -1,0 +1,211 @@
+"""The settings of guides and of their encoders. A kind of guide or encoder is a class here, and a file of that name in `guiding/`."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar, Literal, Self
+
+from .schema import Settings, setting
+
+
+class EncoderSettings(Settings):
+    """Base of encoders' settings: they say how large an encoder is, for panels, which run where there is no torch."""
+
+    def outputs(self) -> int:
+        """How many numbers the Q network reads."""
+        raise NotImplementedError
+
+    def layers_of_its_own(self) -> tuple[int, ...]:
+        """The width of what enters the encoder's own dense layers, and of what leaves each; empty where it has none."""
+        return ()
+
+    def trained(self) -> int:
+        """How many numbers of the encoder are trained."""
+        return weights_of(self.layers_of_its_own())
+
+
+def weights_of(widths: tuple[int, ...]) -> int:
+    """How many weights and biases dense layers of these widths have."""
+    return sum((fan_in + 1) * fan_out for fan_in, fan_out in pairwise(widths))
+
+
+class GuideSettings(Settings):
+    """Base of guides' settings."""
+
+    learns: ClassVar[bool] = True
+    recorded: int = 0  # transitions of each sample per pixel that the guide asks for, about
+
+    def least(self) -> Self:
+        """Settings by which a render needs the same kernels and libraries, with the least work."""
+        return self
+
+
+@dataclass(frozen=True)
+class NoEncoding(EncoderSettings, kind="none", label="No Encoding"):
+    """Position and normal as they are."""
+
+    def outputs(self) -> int:
+        return 6
+
+
+@dataclass(frozen=True)
+class Frequency(EncoderSettings, label="Frequency Encoding"):
+    """Sines and cosines of the position in octaves of frequency."""
+
+    octaves: int = setting(4, "Number of octaves L; the network reads 6 + 6 L numbers.", min=1, max=16)
+
+    def outputs(self) -> int:
+        return 6 + 6 * self.octaves
+
+
+@dataclass(frozen=True)
+class RBF(EncoderSettings, label="Radial Basis Functions"):
+    """Bell curves around the centres of a grid of cells, mixed by a small network of their own."""
+
+    across: int = setting(6, "Centres along each of the scene's horizontal sides.", min=1, max=64, soft=(1, 16), label="Centres Across")
+    up: int = setting(3, "Centres along the scene's height.", min=1, max=64, soft=(1, 16), label="Centres Up")
+    sigma: float = setting(1.0, "Width of a curve, where the scene reaches from -1 to 1.", min=1e-3, max=100.0, soft=(0.1, 4.0))
+    width: int = setting(64, "Neurons in both hidden layers of the mixing network.", min=1, max=4096, soft=(1, 256), label="Mixing Width")
+    features: int = setting(24, "Numbers that the mixing network yields; the Q network reads 6 more.", min=1, max=1024, soft=(1, 128))
+
+    def outputs(self) -> int:
+        return 6 + self.features
+
+    def layers_of_its_own(self) -> tuple[int, ...]:
+        return self.across**2 * self.up, self.width, self.width, self.features
+
+
+@dataclass(frozen=True)
+class BSpline(EncoderSettings, label="B-Splines"):
+    """Quadratic B-splines along each axis, whose knots and weights a small network yields."""
+
+    reads: Literal["point", "matrix"] = setting("point", "What the small network reads: the point, or a learnt matrix of the scene.")
+    matrix_columns: int = setting(
+        1, "Columns s of the learnt matrix; each brings features of its own.", min=1, max=64, soft=(1, 8), when=("reads", "matrix")
+    )
+    features: int = setting(8, "Features along each axis; the Q network reads 6 + 3 times as many numbers.", min=1, max=256, soft=(1, 32))
+    knots: int = setting(9, "Splines k that one feature is the sum of.", min=1, max=64, soft=(1, 16))
+    width: int = setting(64, "Neurons in both hidden layers of the small network.", min=1, max=4096, soft=(1, 256), label="Small Width")
+
+    def sets(self) -> int:
+        """How many sets of features there are: s, or 1 where the small network reads the point."""
+        return self.matrix_columns if self.reads == "matrix" else 1
+
+    def outputs(self) -> int:
+        return 6 + 3 * self.features * self.sets()
+
+    def layers_of_its_own(self) -> tuple[int, ...]:
+        return 3, self.width, self.width, 2 * self.knots * 3 * self.features
+
+    def trained(self) -> int:
+        matrix = 3 * self.matrix_columns if self.reads == "matrix" else 0
+        return weights_of(self.layers_of_its_own()) + matrix
+
+
+Encoder = NoEncoding | Frequency | RBF | BSpline
+
+
+@dataclass(frozen=True)
+class Uniform(GuideSettings):
+    """Every direction of the hemisphere is equally likely."""
+
+    learns = False
+
+
+@dataclass(frozen=True)
+class BSDF(GuideSettings, label="Material (BSDF)"):
+    """The material's own sampling: what every renderer does."""
+
+    learns = False
+
+
+@dataclass(frozen=True)
+class QTable(GuideSettings, label="Q-Table"):
+    """A table over cells of position and normal learns the incident radiance by expected SARSA while the image renders."""
+
+    rows: int = setting(15, "Patches of the hemisphere along cos(theta).", min=1, max=64, label="Patch Rows", panel="Directions")
+    columns: int = setting(24, "Patches of the hemisphere along phi.", min=1, max=128, soft=(1, 64))
+    weights: Literal["radiance", "product"] = setting(
+        "product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.", choices={"product": "Product with BSDF"}
+    )
+    bsdf_fraction: float = setting(
+        0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, unit="share", label="BSDF Fraction"
+    )
+    second_moment: bool = setting(True, "Draw by the root of the mean square of the radiance instead of its mean.")
+    cells: int = setting(32, "Cells along the scene's longest side.", min=1, max=1024, soft=(1, 128), panel="Table")
+    levels: int = setting(
+        5, "Sizes of cells, each twice the last, from which seldom visited ones borrow; 1 is the plain table.", min=1, max=12
+    )
+    prior: float = setting(4.0, "Visits that count for what a cell borrows from the next larger one.", min=1e-3, max=1e6, soft=(0.1, 32.0))
+    recorded: int = setting(
+        1_000_000, "Transitions to learn from of each sample per pixel, about.", min=1, max=10_000_000, panel="Learning"
+    )
+
+    def least(self) -> Self:
+        return type(self)(rows=1, columns=2)
+
+
+@dataclass(frozen=True)
+class DQN(GuideSettings, label="Deep Q-Network"):
+    """A deep Q-network learns the incident radiance while the image renders."""
+
+    encoder: Encoder = setting(Frequency(), "How a surface point is presented to the network.", panel="Encoder")
+    layers: int = setting(3, "Number of dense layers.", min=1, max=16, soft=(1, 8), panel="Network")
+    width: int = setting(96, "Neurons in each hidden layer.", min=1, max=4096, soft=(1, 1024))
+    activation: Literal["relu", "silu", "tanh"] = setting(
+        "relu", "What stands between the layers.", choices={"relu": "ReLU", "silu": "SiLU", "tanh": "Tanh"}
+    )
+    rows: int = setting(15, "Patches of the hemisphere along cos(theta).", min=1, max=64, label="Patch Rows", panel="Directions")
+    columns: int = setting(24, "Patches of the hemisphere along phi.", min=1, max=128, soft=(1, 64))
+    weights: Literal["radiance", "product"] = setting(
+        "product", "Draw a patch by radiance Q, or by Q times BSDF times cosine.", choices={"product": "Product with BSDF"}
+    )
+    bsdf_fraction: float = setting(
+        0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, unit="share", label="BSDF Fraction"
+    )
+    cells: int = setting(
+        32, "Cells along the scene's longest side; the network is laid out as a table over them.", min=1, max=1024, soft=(1, 128)
+    )
+    loss: Literal["dqn", "cdqn"] = setting(
+        "dqn",
+        "Of the target network alone, or the larger of its loss and the online network's own (C-DQN).",
+        choices={"dqn": "DQN", "cdqn": "C-DQN"},
+        panel="Learning",
+    )
+    error: Literal["squared", "relative"] = setting("relative", "Squared error, or squared error relative to Q squared.")
+    optimiser: Literal["adam", "sgd"] = setting("adam", "Adam, or plain gradient descent.", choices={"sgd": "Gradient Descent"})
+    learning_rate: float = setting(1e-2, "Step size at the start.", min=1e-8, max=10.0, soft=(1e-4, 0.1))
+    schedule: Literal["exponential", "cosine"] = setting(
+        "exponential", "The step size falls by a factor, or by a cosine to 0 at the last step."
+    )
+    decay: float = setting(
+        0.998,
+        "Factor of the exponential schedule for each step.",
+        min=0.5,
+        max=1.0,
+        soft=(0.9, 1.0),
+        when=("schedule", "exponential"),
+    )
+    tau: float = setting(0.1, "Share of the online network that enters the target network after each step.", min=0.0, max=1.0, unit="share")
+    first_steps: int = setting(300, "Training steps the first time, when there is most to learn.", min=0, max=100_000, soft=(0, 2000))
+    steps: int = setting(24, "Training steps after each further sample per pixel.", min=0, max=100_000, soft=(0, 500))
+    max_steps: int = setting(100_000, "Training steps in all.", min=0, max=10_000_000)
+    memory: int = setting(
+        500_000, "Transitions that the replay memory holds.", min=1, max=10_000_000, label="Capacity", panel="Replay Memory"
+    )
+    recorded: int = setting(250_000, "Transitions to remember of each sample per pixel, about.", min=1, max=10_000_000)
+    learning_starts: int = setting(8_192, "Transitions in memory before the first training step.", min=1, max=10_000_000)
+    batch: int = setting(4_096, "Transitions in one training step.", min=1, max=1_000_000, soft=(1, 65_536))
+
+    def least(self) -> Self:
+        return type(self)(layers=1, width=1, rows=1, columns=2, learning_starts=1, batch=2, first_steps=1, steps=1)
+
+    def widths(self) -> tuple[int, ...]:
+        """Of what enters the network and of what leaves each dense layer, last the patches."""
+        return (self.encoder.outputs(), *[self.width] * (self.layers - 1), self.rows * self.columns)
+
+    def trained(self) -> int:
+        """How many numbers are trained, the encoder's among them."""
+        return weights_of(self.widths()) + self.encoder.trained()
+
+
+Guide = Uniform | BSDF | QTable | DQN
