@@ -74,24 +74,27 @@ def pdf(directions, found, n, wo, wi, pdf_all, pdf_within):
 
 
 @intrinsic
-def _reach_by_kind(typingctx, directions):
+def _reach_of(typingctx, directions):
     return constant_by_kind(_reach, directions)
 
 
-# Declared, because type checkers take the typing context for an argument of the call.
-reach: Any = _reach_by_kind
-
-
 @intrinsic
-def _find_by_kind(typingctx, directions, x, n, wo, lobes, count):
+def _call_find(typingctx, directions, x, n, wo, lobes, count):
     return call_by_kind(typingctx, _find, (directions, x, n, wo, lobes, count))
 
 
 @intrinsic
-def _sample_by_kind(typingctx, directions, place, n, wo, u, v, choice):
+def _call_sample(typingctx, directions, place, n, wo, u, v, choice):
     return call_by_kind(typingctx, _sample, (directions, place, n, wo, u, v, choice))
 
 
 @intrinsic
-def _pdf_by_kind(typingctx, directions, place, n, wo, wi):
+def _call_pdf(typingctx, directions, place, n, wo, wi):
     return call_by_kind(typingctx, _pdf, (directions, place, n, wo, wi))
+
+
+# Declared, because type checkers take the typing context for an argument of the call.
+reach: Any = _reach_of
+_find_by_kind: Any = _call_find
+_sample_by_kind: Any = _call_sample
+_pdf_by_kind: Any = _call_pdf

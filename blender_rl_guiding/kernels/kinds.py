@@ -31,4 +31,5 @@ def call_by_kind(typingctx: Any, parts: dict[type, Any], arguments: tuple[Any, .
 
 
 def _kind(argument: Any) -> type:
-    return (argument.pointee if isinstance(argument, Ref) else argument).instance_class
+    named: Any = argument.pointee if isinstance(argument, Ref) else argument
+    return named.instance_class
