@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.layers import LAYERS
 from blender_rl_guiding.leftovers import temporary_folder
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.chance import left_to_chance
@@ -25,18 +26,9 @@ from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
 LOOK = 0.05  # seconds between two looks at whether the user wants to stop
-# What a render hands over beside the image: the channels of each pass, and what they are.
-PASSES = {
-    "Albedo": ("RGB", "COLOR"),
-    "Normal": ("XYZ", "VECTOR"),
-    "Depth": ("Z", "VALUE"),
-    "Position": ("XYZ", "VECTOR"),
-    "Emission": ("RGB", "COLOR"),
-    "Direct": ("RGB", "COLOR"),
-    "Indirect": ("RGB", "COLOR"),
-    "Variance": ("RGB", "COLOR"),
-    "Sample Count": ("X", "VALUE"),
-}
+_KINDS = {"RGB": "COLOR", "XYZ": "VECTOR", "Z": "VALUE", "X": "VALUE"}  # Blender's, by channels
+# What a render hands over beside the image: the channels of each pass, and their kind.
+PASSES = {name: (channels, _KINDS[channels]) for name, channels in LAYERS.items()}
 NOISY = ("RGBA", "COLOR")  # the pass "Noisy Image", where the image is denoised
 
 

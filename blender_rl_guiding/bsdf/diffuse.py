@@ -2,13 +2,13 @@
 
 from ..kernels import part
 from ..kernels.sampling import INV_PI, F, cosine_hemisphere, dot, scale, tangents, to_world
-from .lobe import DIFFUSE, NORMAL, WEIGHT, get, write
+from .lobe import DIFFUSE, DIFFUSE_REFLECTION, NORMAL, WEIGHT, get, write
 
 
 @part
 def setup(lobes, k, point, n, color):
     """Write the lobe as row k."""
-    write(lobes, k, DIFFUSE, point, n, color, color)
+    write(lobes, k, DIFFUSE, DIFFUSE_REFLECTION, point, n, color, color)
 
 
 @part

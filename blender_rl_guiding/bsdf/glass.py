@@ -11,6 +11,7 @@ from .glossy import SINGULAR_ALPHA2, half_vector, mirrored
 from .lobe import (
     ALPHA_X,
     ALPHA_Y,
+    APART,
     F0,
     GLASS,
     IOR,
@@ -18,7 +19,7 @@ from .lobe import (
     NORMAL,
     REFLECTION_TINT,
     REFRACTION,
-    SINGULAR,
+    SINGLE,
     TRANSMISSION_TINT,
     WEIGHT,
     get,
@@ -31,11 +32,15 @@ _THIRD = F(1 / 3)
 
 
 @part
+def _spread(ior, alpha):
+    # An interface without contrast lets light pass straight on, whatever its roughness.
+    return SINGLE if alpha * alpha <= SINGULAR_ALPHA2 or abs(ior - F(1)) < F(1e-4) else APART
+
+
+@part
 def _interface(lobes, k, ior, alpha):
     lobes[k, IOR] = ior
     lobes[k, ALPHA_X] = lobes[k, ALPHA_Y] = alpha
-    # An interface without contrast lets light pass straight on, whatever its roughness.
-    lobes[k, SINGULAR] = F(1) if alpha * alpha <= SINGULAR_ALPHA2 or abs(ior - F(1)) < F(1e-4) else F(0)
 
 
 @part
@@ -53,7 +58,7 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
     reflected = fresnel.towards_white(f0, energy.schlick_albedo(roughness, cosine, ior) if ior >= F(1) else share)
     refracted = subtract((F(1), F(1), F(1)), fresnel.towards_white(f0, share))
     albedo = add(multiply(reflected, tints[0]), multiply(refracted, tints[1]))
-    write(lobes, k, GLASS, point, n, scale(weight, gain), multiply(weight, albedo))
+    write(lobes, k, GLASS, _spread(ior, alpha), point, n, scale(weight, gain), multiply(weight, albedo))
     _interface(lobes, k, ior, alpha)
     put(lobes, k, F0, f0)
     put(lobes, k, REFLECTION_TINT, tints[0])
@@ -63,7 +68,7 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
 @part
 def setup_refraction(lobes, k, point, n, color, ior, alpha):
     """Write refraction alone as row k: all that is not reflected totally."""
-    write(lobes, k, REFRACTION, point, n, color, color)
+    write(lobes, k, REFRACTION, _spread(ior, alpha), point, n, color, color)
     _interface(lobes, k, ior, alpha)
 
 

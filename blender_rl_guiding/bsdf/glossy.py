@@ -4,10 +4,29 @@ from ..kernels import part
 from ..kernels.sampling import F, add, cross, dot, multiply, normalize, scale, subtract, tangents, to_local, to_world
 from . import energy, fresnel
 from .frames import frame
-from .lobe import ALPHA_X, ALPHA_Y, F0, F82, FRESNEL, GLOSSY, IOR, NORMAL, SINGULAR, TANGENT, WEIGHT, get, put, write
+from .lobe import (
+    ALPHA_X,
+    ALPHA_Y,
+    APART,
+    F0,
+    F82,
+    FRESNEL,
+    GLOSSY,
+    IOR,
+    NORMAL,
+    ROUGH_REFLECTION,
+    SINGLE,
+    SPREAD,
+    TANGENT,
+    WEIGHT,
+    get,
+    put,
+    write,
+)
 from .microfacet import distribution, distribution_anisotropic, smith, smith_anisotropic, visible_normal
 
 SINGULAR_ALPHA2 = F(2e-10)  # of smoother surfaces no density is computed
+ROUGH_ALPHA2 = F(0.04)  # of rougher ones guides may draw directions
 _WHITE, _SCHLICK, _METAL = F(0), F(1), F(2)  # Fresnel curves
 
 
@@ -21,10 +40,16 @@ def _compensated(weight, fss, alpha, cosine, multiscatter):
 
 
 @part
+def _spread(alpha2):
+    if alpha2 <= SINGULAR_ALPHA2:
+        return SINGLE
+    return ROUGH_REFLECTION if alpha2 >= ROUGH_ALPHA2 else APART
+
+
+@part
 def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
     """Write all but the Fresnel curve."""
-    write(lobes, k, GLOSSY, point, n, scale(weight, gain), albedo)
-    lobes[k, SINGULAR] = F(1) if alpha[0] * alpha[1] <= SINGULAR_ALPHA2 else F(0)
+    write(lobes, k, GLOSSY, _spread(alpha[0] * alpha[1]), point, n, scale(weight, gain), albedo)
     lobes[k, ALPHA_X] = alpha[0]
     lobes[k, ALPHA_Y] = alpha[1]
     put(lobes, k, TANGENT, tangent)
@@ -116,7 +141,7 @@ def evaluate(lobes, k, wo, wi):
 def half_vector(lobes, k, wo, u, v):
     """A microfacet's normal in world space, by those that wo sees; the lobe's own where it is singular."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
-    if lobes[k, SINGULAR] != F(0):
+    if lobes[k, SPREAD] == SINGLE:
         return n
     t, b = tangents(n)
     if alpha_x != alpha_y:

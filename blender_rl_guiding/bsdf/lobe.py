@@ -11,10 +11,13 @@ CUTOFF = F(1e-5)  # lobes of a smaller albedo are left out
 # Kinds of lobes.
 DIFFUSE, OREN_NAYAR, SHEEN, TRANSLUCENT, GLOSSY, GLASS, REFRACTION = (F(k) for k in range(7))
 
+# Ways to spread light: into single directions, and what guides may draw directions for. Powers of two: a set is their sum.
+SINGLE, APART, DIFFUSE_REFLECTION, ROUGH_REFLECTION = F(0), F(1), F(2), F(4)
+
 # Columns of every lobe; three of them hold a vector or a colour. Typed, as kernels are compiled anew for every literal number.
 KIND = np.int64(0)
 PROBABILITY = np.int64(1)  # of being picked
-SINGULAR = np.int64(2)  # 1 if the lobe scatters into single directions
+SPREAD = np.int64(2)  # how the lobe spreads light
 BUMPED = np.int64(3)  # 1 if the lobe's normal is not the surface's shading normal
 NORMAL = np.int64(4)
 WEIGHT = np.int64(7)  # factor on the lobe, with its energy compensation
@@ -47,11 +50,11 @@ def put(lobes, k, column, v):
 
 
 @part
-def write(lobes, k, kind, point, n, weight, albedo):
+def write(lobes, k, kind, spread, point, n, weight, albedo):
     """Fill in the columns that every lobe has; PROBABILITY is relative for now."""
     lobes[k, KIND] = kind
     lobes[k, PROBABILITY] = luminance(albedo)
-    lobes[k, SINGULAR] = F(0)
+    lobes[k, SPREAD] = spread
     put(lobes, k, NORMAL, n)
     put(lobes, k, WEIGHT, weight)
     put(lobes, k, ALBEDO, albedo)

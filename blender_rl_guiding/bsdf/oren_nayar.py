@@ -8,7 +8,7 @@ import math
 from ..kernels import part
 from ..kernels.sampling import INV_PI, PI, F, add, dot, multiply, scale
 from .fresnel import saturate
-from .lobe import ALPHA_X, ALPHA_Y, F0, NORMAL, OREN_NAYAR, WEIGHT, get, put, write
+from .lobe import ALPHA_X, ALPHA_Y, DIFFUSE_REFLECTION, F0, NORMAL, OREN_NAYAR, WEIGHT, get, put, write
 
 _A, _B, _MULTIPLE = ALPHA_X, ALPHA_Y, F0  # columns: Fujii's A and B over pi, and the colour of the multiple scattering
 _AVERAGE = (2 * math.pi - 5.6) / 3  # of G over projected solid angle, as OpenPBR rounds it
@@ -35,7 +35,7 @@ def _multiple(color, average):
 @part
 def setup(lobes, k, point, n, weight, color, roughness):
     """Write the lobe as row k. The weight has the colour in it already; the colour itself tints the multiple scattering."""
-    write(lobes, k, OREN_NAYAR, point, n, weight, weight)
+    write(lobes, k, OREN_NAYAR, DIFFUSE_REFLECTION, point, n, weight, weight)
     sigma = saturate(roughness)
     a = F(1) / (PI + sigma * (PI / F(2) - F(2 / 3)))
     b = sigma * a

@@ -6,8 +6,7 @@ from ..kernels import part
 from ..kernels.sampling import F, add, luminance
 from . import closures, principled
 from .inputs import columns, gather, kind
-from .lobe import ALBEDO, BUMPED, DIFFUSE, KIND, NORMAL, PROBABILITY, WEIGHT, put
-from .lobe import SINGULAR as IS_SINGULAR
+from .lobe import ALBEDO, BUMPED, DIFFUSE, DIFFUSE_REFLECTION, KIND, NORMAL, PROBABILITY, SPREAD, WEIGHT, put
 
 _BLACK = (F(0), F(0), F(0))
 _TRANSPARENT = columns("transparent")
@@ -45,7 +44,7 @@ def scatter(shading, shader, point, registers, lobes):
 @part
 def scatter_plain(color, n, lobes):
     """`scatter` for a constant Lambert: most surfaces, without the detours."""
-    lobes[0, KIND], lobes[0, PROBABILITY], lobes[0, IS_SINGULAR], lobes[0, BUMPED] = DIFFUSE, F(1), F(0), F(0)
+    lobes[0, KIND], lobes[0, PROBABILITY], lobes[0, SPREAD], lobes[0, BUMPED] = DIFFUSE, F(1), DIFFUSE_REFLECTION, F(0)
     put(lobes, 0, NORMAL, n)
     put(lobes, 0, WEIGHT, color)
     put(lobes, 0, ALBEDO, color)

@@ -9,7 +9,7 @@ from ..kernels import part
 from ..kernels.sampling import INV_PI, F, circle, dot, normalize, scale, to_local, to_world
 from .energy import sheen_fit
 from .frames import frame
-from .lobe import ALPHA_X, ALPHA_Y, NORMAL, SHEEN, TANGENT, WEIGHT, get, put, write
+from .lobe import ALPHA_X, ALPHA_Y, APART, NORMAL, SHEEN, TANGENT, WEIGHT, get, put, write
 
 _A, _B = ALPHA_X, ALPHA_Y  # columns
 
@@ -25,7 +25,7 @@ def setup(lobes, k, point, n, color, roughness):
     """Write the lobe as row k."""
     a, b, share = sheen_fit(dot(n, point.wo), max(roughness, F(1e-3)))
     weight = scale(color, share)
-    write(lobes, k, SHEEN, point, n, weight, weight)
+    write(lobes, k, SHEEN, APART, point, n, weight, weight)
     lobes[k, _A] = a
     lobes[k, _B] = b
     put(lobes, k, TANGENT, frame(n, point.wo)[0])

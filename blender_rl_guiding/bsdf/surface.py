@@ -26,11 +26,12 @@ from .lobe import (
     PROBABILITY,
     REFRACTION,
     SHEEN,
+    SINGLE,
+    SPREAD,
     TRANSLUCENT,
     WEIGHT,
     get,
 )
-from .lobe import SINGULAR as IS_SINGULAR
 from .normals import bump_shadowing, leaks
 from .scatter import emission, scatter, scatter_plain, transparency
 
@@ -40,12 +41,13 @@ __all__ = [
     "SINGULAR",
     "albedo",
     "chance",
+    "chance_within",
     "emission",
     "evaluate",
     "evaluate_seen",
-    "guidable",
-    "is_guidable",
+    "is_within",
     "pick",
+    "reflection",
     "sample",
     "scatter",
     "scatter_plain",
@@ -75,42 +77,42 @@ def albedo(lobes, count):
 
 
 @part
-def evaluate(lobes, count, ng, wo, wi):
-    """f |cos|, RGB, the density with which `pick` and `sample` choose wi, and the part of it that is `guidable`.
+def evaluate(lobes, count, ng, wo, wi, reach):
+    """f |cos|, RGB, the density with which `pick` and `sample` choose wi, and the part of it that is of lobes within `reach`.
 
     Singular lobes are left out of all three.
     """
-    return _evaluate_all(lobes, count, ng, wo, wi, _ANY, False)
+    return _evaluate_all(lobes, count, ng, wo, wi, reach, _ANY, False)
 
 
 @part
-def evaluate_seen(lobes, count, ng, wo, wi, seen_by):
+def evaluate_seen(lobes, count, ng, wo, wi, reach, seen_by):
     """`evaluate` for a light that is visible to the kinds of rays `seen_by`: f is of those lobes only that make one of them.
 
     The densities count what `sample` gives up because it crosses the triangle, too. So sampling a light from there counts in part
     only, as in Cycles; or else lights that nearly touch a smooth surface, its own among them, would make fireflies.
     """
-    return _evaluate_all(lobes, count, ng, wo, wi, seen_by, True)
+    return _evaluate_all(lobes, count, ng, wo, wi, reach, seen_by, True)
 
 
 @part
-def _evaluate_all(lobes, count, ng, wo, wi, seen_by, crossing):
-    f, pdf, guidable_pdf = _BLACK, F(0), F(0)
+def _evaluate_all(lobes, count, ng, wo, wi, reach, seen_by, crossing):
+    f, pdf, pdf_within = _BLACK, F(0), F(0)
     reflected = dot(ng, wi) > F(0)
     if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0) and seen_by & _R_DIFFUSE:  # most surfaces, without the detours
         cosine = diffuse.pdf(lobes, 0, wi)
         pdf = cosine if reflected or crossing else F(0)
-        return scale(get(lobes, 0, WEIGHT), cosine), pdf, pdf
+        return scale(get(lobes, 0, WEIGHT), cosine), pdf, pdf if is_within(lobes, 0, reach) else F(0)
     for k in range(count):
         above = dot(get(lobes, k, NORMAL), wi) > F(0)
-        if lobes[k, IS_SINGULAR] == F(0):
+        if lobes[k, SPREAD] != SINGLE:
             lobe_f, lobe_pdf = _evaluate(lobes, k, above, wo, wi)
             f = add(f, lobe_f) if seen_by & _ray_kind(lobes[k, KIND], above) else f
             lobe_pdf *= lobes[k, PROBABILITY] if crossing or above == reflected else F(0)
             pdf += lobe_pdf
-            if lobes[k, KIND] <= OREN_NAYAR:
-                guidable_pdf += lobe_pdf
-    return f, pdf, guidable_pdf
+            if is_within(lobes, k, reach):
+                pdf_within += lobe_pdf
+    return f, pdf, pdf_within
 
 
 @part
@@ -157,26 +159,32 @@ def _softening(lobes, k, wi):
 
 
 @part
-def guidable(lobes, count):
-    """The probability that a lobe is picked whose directions are drawn by the cosine on wo's side."""
+def chance_within(lobes, count, reach):
+    """The probability that `pick` takes a lobe within `reach`, a sum of ways to spread light."""
     total = F(0)
     for k in range(count):
-        if lobes[k, KIND] <= OREN_NAYAR:
+        if is_within(lobes, k, reach):
             total += lobes[k, PROBABILITY]
     return total
 
 
 @part
-def is_guidable(lobes, k):
-    """Whether `guidable` counts lobe k."""
-    return lobes[k, KIND] <= OREN_NAYAR
+def is_within(lobes, k, reach):
+    """Whether lobe k spreads light in one of the ways of `reach`."""
+    return np.int64(lobes[k, SPREAD]) & reach != 0
+
+
+@part
+def reflection(lobes, k):
+    """The kind of ray that lobe k reflects."""
+    return _ray_kind(lobes[k, KIND], True)
 
 
 @part
 def spreads(lobes, count):
     """Whether any lobe scatters into more than single directions, so that looking for lights may find some."""
     k = 0
-    while k < count and lobes[k, IS_SINGULAR] != F(0):
+    while k < count and lobes[k, SPREAD] == SINGLE:
         k += 1
     return k < count
 
@@ -219,7 +227,7 @@ def sample(lobes, k, ng, wo, u, v, w):
 
 @part
 def _sample_microfacet(lobes, k, which, wo, u, v, w):
-    singular = SINGULAR if lobes[k, IS_SINGULAR] != F(0) else 0
+    singular = SINGULAR if lobes[k, SPREAD] == SINGLE else 0
     if dot(get(lobes, k, NORMAL), wo) <= F(0):
         return wo, 0
     if which == GLOSSY:

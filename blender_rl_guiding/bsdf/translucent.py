@@ -3,13 +3,13 @@
 from ..kernels import part
 from ..kernels.sampling import INV_PI, F, dot, scale
 from . import diffuse
-from .lobe import NORMAL, TRANSLUCENT, WEIGHT, get, write
+from .lobe import APART, NORMAL, TRANSLUCENT, WEIGHT, get, write
 
 
 @part
 def setup(lobes, k, point, n, color):
     """Write the lobe as row k."""
-    write(lobes, k, TRANSLUCENT, point, n, color, color)
+    write(lobes, k, TRANSLUCENT, APART, point, n, color, color)
 
 
 @part

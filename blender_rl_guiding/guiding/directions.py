@@ -1,17 +1,17 @@
-"""How diffuse reflection chooses its direction: the material's own sampling mixed with a table of patch probabilities.
+"""A kind of directions: for each cell of a hashed grid over position and normal, probabilities of equal patches of the hemisphere.
 
-Every guide hands the tracer one `Directions`, frozen while a pass renders, so that the tracer has one kernel for all guides.
-The table has a row for each cell of a hashed grid over position and normal; where a cell is unknown the material alone decides.
-Lobes that are not diffuse reflection keep their own sampling: a product with them would have to be formed at the vertex.
+It draws for diffuse reflection alone: for other lobes a product with the BSDF would have to be formed at the vertex.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from ..bsdf.lobe import DIFFUSE_REFLECTION
 from ..kernels import part
 from ..kernels.bits import mix
-from ..kernels.sampling import TWO_PI, F, pick
+from ..kernels.sampling import TWO_PI, F, pick, tangents, to_local, to_world
+from .mixture import declare
 from .patches import patch_of, sample_patch
 
 NORMAL_STEPS = 2  # a normal's components are rounded to halves, so that no axis-aligned normal lies on a boundary
@@ -28,7 +28,7 @@ class Cells(NamedTuple):
 
 
 class Directions(NamedTuple):
-    """A mixture, for diffuse lobes, of the material's pdf (share `bsdf_fraction`) and the cell's patch probabilities."""
+    """The material keeps the share `bsdf_fraction` of the samples; the rest follows the cell's patch probabilities."""
 
     bsdf_fraction: np.float32
     patch_rows: int
@@ -72,18 +72,31 @@ def find_cell(cells, position, normal):
 
 
 @part
-def sample_table(directions, row, u, v, choice):
-    """Draw a local direction wi from the patches of a cell, by three uniform numbers."""
-    patch = pick(directions.cdf, row, directions.cdf.shape[1], choice)
-    return sample_patch(directions.patch_rows, directions.patch_columns, patch, u, v)
+def _find(directions, x, n, wo, lobes, count):
+    if directions.bsdf_fraction == F(1):
+        return F(1), np.int32(UNKNOWN)
+    cell = find_cell(directions.cells, x, n)
+    return F(1) if cell == UNKNOWN else directions.bsdf_fraction, cell
 
 
 @part
-def table_pdf(directions, row, wi):
-    """Density of `sample_table` per solid angle: P(patch) N / (2 pi)."""
-    if wi[2] <= F(0):
+def _sample(directions, cell, n, wo, u, v, choice):
+    patch = pick(directions.cdf, cell, directions.cdf.shape[1], choice)
+    t, b = tangents(n)
+    return to_world(t, b, n, sample_patch(directions.patch_rows, directions.patch_columns, patch, u, v))
+
+
+@part
+def _pdf(directions, cell, n, wo, wi):
+    """P(patch) N / (2 pi)."""
+    t, b = tangents(n)
+    local = to_local(t, b, n, wi)
+    if local[2] <= F(0):
         return F(0)
     cdf = directions.cdf
-    patch = patch_of(directions.patch_rows, directions.patch_columns, wi)
-    below = cdf[row, patch - 1] if patch > 0 else F(0)
-    return (cdf[row, patch] - below) * F(cdf.shape[1]) / TWO_PI
+    patch = patch_of(directions.patch_rows, directions.patch_columns, local)
+    below = cdf[cell, patch - 1] if patch > 0 else F(0)
+    return (cdf[cell, patch] - below) * F(cdf.shape[1]) / TWO_PI
+
+
+declare(Directions, DIFFUSE_REFLECTION, _find, _sample, _pdf)

@@ -13,9 +13,8 @@ import OpenEXR
 from PIL import Image
 
 from ..errors import InputError, atomic
+from ..layers import LAYERS
 from ..memory import available, in_words
-
-_CHANNELS = {"Normal": "XYZ", "Position": "XYZ", "Depth": "Z", "Sample Count": "X"}  # of passes that are not colours
 
 
 def write_exr(path: Path, image: np.ndarray, header: Mapping[str, str]) -> None:
@@ -28,7 +27,7 @@ def write_layers(path: Path, layers: Mapping[str, np.ndarray], header: Mapping[s
     channels = {
         f"ViewLayer.{name}.{channel}": pixels if pixels.ndim == 2 else pixels[..., k]
         for name, pixels in layers.items()
-        for k, channel in enumerate(_CHANNELS.get(name, "RGBA" if pixels.ndim == 3 and pixels.shape[2] == 4 else "RGB"))
+        for k, channel in enumerate(LAYERS.get(name, "RGBA" if pixels.ndim == 3 and pixels.shape[2] == 4 else "RGB"))
     }
     _write(path, channels, {**header, "BlenderMultiChannel": "Blender V2.55.1 and newer"})
 

@@ -5,19 +5,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..guiding.saved import Arrays, Saved
-from .path_tracer import ALBEDO, ALPHA, DEPTH, DIRECT, EMISSION, PASS_COLUMNS, POSITION, SHADING_NORMAL
+from ..kernels import part
+from ..kernels.sampling import F
+from ..layers import LAYERS
 
 BRIGHTEST = float(np.finfo(np.float32).max)
 
-# The passes beside the image: name -> (first column, number of columns).
-PASSES = {
-    "Albedo": (ALBEDO, 3),
-    "Normal": (SHADING_NORMAL, 3),
-    "Depth": (DEPTH, 1),
-    "Position": (POSITION, 3),
-    "Emission": (EMISSION, 3),
-    "Direct": (DIRECT, 3),
-}
+# First columns of the passes that are summed beside the radiance.
+ALPHA, DEPTH, ALBEDO, SHADING_NORMAL, POSITION, EMISSION, DIRECT, PASS_COLUMNS = 0, 1, 2, 5, 8, 11, 14, 17
+_FIRST = {"Albedo": ALBEDO, "Normal": SHADING_NORMAL, "Depth": DEPTH, "Position": POSITION, "Emission": EMISSION, "Direct": DIRECT}
+# Those that are layers of the result: name -> (first column, number of columns).
+PASSES = {name: (first, len(LAYERS[name])) for name, first in _FIRST.items()}
 
 
 class Sums(NamedTuple):
@@ -115,3 +113,42 @@ class Film:
 
     def _layer(self, columns: np.ndarray) -> np.ndarray:
         return columns.reshape(self.shape) if columns.shape[1] == 3 else columns.reshape(self.shape[:2])
+
+
+@part
+def add_sample(film, pixel, L, weight):
+    """Add a sample to its pixel's sums; whether it is finite."""
+    w = np.float64(weight)
+    for c in range(3):
+        value = np.float64(L[c])
+        film.sum[pixel, c] += w * value
+        film.squares[pixel, c] += w * value * value
+    film.samples[pixel] += 1
+    film.weight[pixel] += w
+    return np.isfinite(L[0] + L[1] + L[2])
+
+
+@part
+def credit(film, pixel, weight, light, scattered):
+    """Count light to the pass of emission or direct light, by the scattering events that it needed."""
+    if scattered <= 1:
+        column = EMISSION if scattered == 0 else DIRECT
+        for c in range(3):
+            film.passes[pixel, column + c] += weight * light[c]
+
+
+@part
+def hide(film, pixel, weight, share):
+    """Count a share of the pixel, RGB, to the transparent world."""
+    film.passes[pixel, ALPHA] += weight * (share[0] + share[1] + share[2]) * F(1 / 3)
+
+
+@part
+def write_features(film, pixel, weight, axes, origin, x, n, colour):
+    """The passes of the first surface, seen by a camera with these axes; x is counted from `origin`."""
+    for c in range(3):
+        film.passes[pixel, ALBEDO + c] += weight * colour[c]
+        film.passes[pixel, SHADING_NORMAL + c] += weight * n[c]
+        film.passes[pixel, POSITION + c] += weight * (origin[c] + x[c])
+    depth = (axes[3, 0] - x[0]) * axes[2, 0] + (axes[3, 1] - x[1]) * axes[2, 1] + (axes[3, 2] - x[2]) * axes[2, 2]
+    film.passes[pixel, DEPTH] += weight * depth

@@ -13,7 +13,7 @@ from ..scene.data import SceneData
 from ..settings import Machine, Render
 from .film import Film
 from .path_tracer import MOST_LEARNT, trace_pixels
-from .stage import Scratch, build_stage, limits, scratch
+from .stage import RAYS, RECORDABLE, RECORDED, Scratch, build_stage, limits, scratch
 
 
 class PassTracer:
@@ -53,7 +53,8 @@ class PassTracer:
                 if bad >= 0:
                     y, x = divmod(bad, film.shape[1])
                     raise FloatingPointError(f"pixel ({x}, {y}) received radiance that is not a finite number")
-                rays, vertices, found = rays + int(memory.counts[0]), vertices + int(memory.counts[1]), int(memory.counts[2])
+                counts = memory.counts
+                rays, vertices, found = rays + int(counts[RAYS]), vertices + int(counts[RECORDABLE]), int(counts[RECORDED])
                 if found:
                     recorded[start] = Transitions(*(array[:found].copy() for array in memory.transitions))
             return recorded, rays, vertices

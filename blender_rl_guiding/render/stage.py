@@ -52,6 +52,9 @@ class Limits(NamedTuple):
     stratified: bool  # whether the samples of a pixel share out their random numbers
 
 
+RAYS, RECORDABLE, RECORDED = 0, 1, 2  # of `Scratch.counts`: rays cast, vertices that could be recorded, transitions
+
+
 class Scratch(NamedTuple):
     """The memory that one thread computes in."""
 
@@ -59,7 +62,7 @@ class Scratch(NamedTuple):
     registers: np.ndarray  # (256, 3) float32
     lobes: np.ndarray  # (LOBES, COLUMNS) float32
     transitions: Transitions
-    counts: np.ndarray  # (3,) int64: rays cast, vertices that could be recorded, transitions recorded
+    counts: np.ndarray  # (3,) int64, see RAYS
 
 
 def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:

@@ -1,0 +1,14 @@
+"""The passes that a render hands over beside its image. Blender imports this, too."""
+
+# Name, as in Cycles -> names of its channels in files.
+LAYERS = {
+    "Albedo": "RGB",
+    "Normal": "XYZ",
+    "Depth": "Z",
+    "Position": "XYZ",
+    "Emission": "RGB",
+    "Direct": "RGB",
+    "Indirect": "RGB",
+    "Variance": "RGB",
+    "Sample Count": "X",
+}

@@ -1,0 +1,49 @@
+"""Next-event estimation: light that arrives at a vertex from a point of a light that is drawn for it."""
+
+from ..bsdf import surface as bsdf
+from ..guiding import mixture
+from ..kernels import merged
+from ..kernels.sampling import F, dot, finer, luminance, multiply, scale, uniform2
+from ..lights.emitters import sample_light
+from ..tracing.geometry import off_surface
+from ..tracing.terminator import shadow_ray
+from .random_numbers import EMITTER, LIGHT
+from .stage import RAYS
+from .visibility import ZERO, passes_on, seen_by, stands_alone
+
+
+@merged
+def next_event(stage, directions, nee, scratch, here, lobes_count, found, chance_straight, passages, scattered, key, dimension):
+    """An estimate of the light that leaves a vertex towards wo because it arrived straight from lights, RGB.
+
+    nee: whether all lights count; otherwise those alone that rays cannot hit.
+    here, lobes_count, found: the vertex, its lobes in `scratch`, and what is known of it to the guide.
+    chance_straight: the probability that the path passes straight through it; passages: how often light may do so on its way to it.
+    scattered: scattering events before it.
+    key, dimension: the path's random numbers, and the first of them that are the vertex's own.
+    """
+    lobes, x, n, ng, wo = scratch.lobes, here.x, here.n, here.ng, here.wo
+    u, v = uniform2(key, dimension + LIGHT)
+    choice = finer(*uniform2(key, dimension + EMITTER))
+    # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
+    above = off_surface(x, ng, here.error)
+    wi, far, light, pdf_light, emitter = sample_light(
+        stage.lights, stage.shading, stage.surface, scratch.registers, above, scattered + 1, choice, u, v
+    )
+    alone, shadow = stands_alone(stage.lights, emitter, pdf_light)
+    if not (nee or alone) or not luminance(light) > F(0):
+        return ZERO
+    f, pdf, pdf_within = bsdf.evaluate_seen(lobes, lobes_count, ng, wo, wi, mixture.reach(directions), seen_by(stage, emitter))
+    if not luminance(f) > F(0):
+        return ZERO
+    if alone:
+        light = scale(light, F(1) / pdf_light) if pdf_light > F(0) else light
+    else:
+        if dot(ng, wi) > F(0):
+            pdf = mixture.pdf(directions, found, n, wo, wi, pdf, pdf_within)
+        light = scale(light, F(1) / (pdf_light + pdf * (F(1) - chance_straight)))
+    if shadow:
+        scratch.counts[RAYS] += 1
+        from_x, to_light, reach = shadow_ray(stage.surface, here.triangle, here.object, here.u, here.v, x, here.error, n, ng, wi, far)
+        light = multiply(light, passes_on(stage, passages, scratch, from_x, to_light, reach, scattered + 1))
+    return multiply(f, light)
