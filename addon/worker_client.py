@@ -1,6 +1,5 @@
-"""The renderer as a child process, as `blender_rl_guiding.doors.worker` describes it: starts it, speaks lines of JSON with it, ends it."""
+"""The renderer as a child process: starts it, sends it jobs, hears its events, ends it. See `blender_rl_guiding.messages`."""
 
-import json
 import queue
 import subprocess
 import tempfile
@@ -18,7 +17,7 @@ from blender_rl_guiding.typed import MalformedError
 
 
 class Worker:
-    """One renderer; what goes wrong with it is an InputError with a line for the user."""
+    """One renderer. A fault of it is an InputError with a line for the user."""
 
     def __init__(self, python: Path) -> None:
         self.python = python
@@ -43,13 +42,13 @@ class Worker:
         """Whether it can be given another job."""
         return self._child.poll() is None
 
-    def send(self, job: str, **values: Any) -> None:
+    def send(self, job: messages.Job) -> None:
         """Give it a job; jobs are done one after the other."""
         assert self._child.stdin
         if not self.alive:
             raise InputError(self._death())
         try:
-            self._child.stdin.write(json.dumps({"job": job, **values}).encode() + b"\n")
+            self._child.stdin.write(messages.line_of(job))
             self._child.stdin.flush()
         except OSError as error:
             raise InputError(self._death()) from error
@@ -110,7 +109,7 @@ def _event(line: bytes) -> dict[str, Any] | MalformedError:
 
 @contextmanager
 def borrowed(python: Path) -> Iterator[Worker]:
-    """A renderer for the length of the block: the last one if it is still warm, which saves each frame of an animation two seconds.
+    """A renderer for the length of the block: the last one if it is still warm. That saves each frame of an animation two seconds.
 
     It is ended where the block fails.
     """
@@ -121,7 +120,7 @@ def borrowed(python: Path) -> Iterator[Worker]:
         worker.end()
         raise
     with suppress(InputError):  # it is not there any more
-        worker.send("rest")
+        worker.send(messages.Rest())
         _SPARE.append((time.monotonic(), worker))
 
 
@@ -134,7 +133,7 @@ def _warm(python: Path) -> Worker | None:
         since, worker = _SPARE.pop()
         if worker.python == python and time.monotonic() - since < _WARM:
             with suppress(InputError):  # it is not there any more
-                worker.send("wake")
+                worker.send(messages.Wake())
                 return worker
         worker.end()
     return None

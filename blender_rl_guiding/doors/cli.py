@@ -8,22 +8,23 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
 from rich.console import Console
 
 from .. import schema
-from ..catalogue import CATALOGUE, chosen
+from ..catalogue import CATALOGUE, Entry, chosen
+from ..comparison import Comparison
 from ..errors import InputError
 from ..experiments.progress import Progress, Terminal
-from ..flags import chosen_methods, given, render_settings
+from ..flags import comparison, comparison_of_methods, failed_runs, render_settings, tell_losses
+from ..flags import machine_of as _machine
 from ..locks import writing
 from ..scene.view import chosen_view
-from ..settings import Machine, Render
+from ..settings import Render
 from ..strings import say
-from .parser import parser
+from .parser import SEEDS, parser
 
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
@@ -62,9 +63,7 @@ def _export(options: argparse.Namespace) -> None:
 
     with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
-    for loss in coverage:
-        say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    say(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
+    tell_losses(options.bundle, coverage)
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -151,23 +150,12 @@ def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any],
 
 
 def _compare(options: argparse.Namespace) -> None:
-    from ..experiments.references import Given
     from ..experiments.runner import Experiment, run
 
-    methods = chosen_methods(options)
-    first, given_file = next(iter(methods.values())).seed, options.reference
+    asked = comparison_of_methods(options)
     with Terminal() as progress:
-        experiment = Experiment(
-            folder=options.out,
-            scenes=tuple(_open(path, options, progress) for path in options.scenes),
-            methods=methods,
-            seeds=tuple(range(first, first + options.seeds)),
-            reference_spp=options.reference_spp,
-            command=_command(),
-            probe=options.probe,
-            given=Given(given_file, given_file.name) if given_file else None,
-        )
-        failed = run([experiment], _machine(options), options.jobs, progress)
+        scenes = tuple(_open(path, options, progress) for path in options.scenes)
+        failed = run([Experiment(options.out, scenes, asked, _command())], _machine(options), options.jobs, progress)
     _tell([options.out], failed)
 
 
@@ -179,20 +167,19 @@ def _sweep(options: argparse.Namespace) -> None:
     with Terminal() as progress:
         scenes = {name: _open(path, options, progress) for name, path in paths.items()}
         experiments = [
-            Experiment(
-                folder=options.out / name,
-                scenes=tuple(scenes[scene] for scene in entry.scenes),
-                methods={m: replace(settings, spp=options.spp or settings.spp) for m, settings in entry.methods.items()},
-                seeds=tuple(range(options.seeds)),
-                reference_spp=options.reference_spp,
-                command=_command(),
-                name=name,
-                probe=options.probe,
-            )
+            Experiment(options.out / name, tuple(scenes[scene] for scene in entry.scenes), _swept(entry, options), _command(), name)
             for name, entry in entries.items()
         ]
         failed = run(experiments, _machine(options), options.jobs, progress)
     _tell([experiment.folder for experiment in experiments], failed)
+
+
+def _swept(entry: Entry, options: argparse.Namespace) -> Comparison:
+    """The comparison of an experiment of the slides."""
+    methods = tuple(entry.methods.items())
+    if options.spp:
+        return comparison(options, Comparison(methods, budget="SAMPLES", spp=options.spp, seeds=SEEDS))
+    return comparison(options, Comparison(methods, budget="EACH", seeds=SEEDS))
 
 
 def _scene_file(folder: Path, name: str) -> Path:
@@ -215,7 +202,7 @@ def _tell(folders: Sequence[Path], failed: int) -> None:
     """Write the reports and print their summaries. InputError in the end on all that they lack: runs that failed, and what is damaged."""
     from ..report import writing as report
 
-    lacking = [f"{failed} of the runs failed, as told above; the same command tries them again"] * (failed > 0)
+    lacking = [failed_runs(failed)] if failed else []
     damaged: list[str] = []
     for folder in folders:
         try:
@@ -263,10 +250,6 @@ COMMANDS = {
 
 
 # --- what commands have in common -------------------------------------------------------------------------------------------------
-
-
-def _machine(options: argparse.Namespace) -> Machine:
-    return schema.override(Machine(), given(options, Machine))
 
 
 def _open(path: Path, options: argparse.Namespace, progress: Progress) -> Any:

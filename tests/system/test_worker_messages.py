@@ -26,8 +26,8 @@ JOBS = {
     "prepare": {"settings": SETTINGS, "machine": {"threads": 1}},
     "render": {"bundle": "/nowhere/a.npz", "settings": {}, "machine": {}, "frames": "/nowhere/f", "out": "/nowhere/o", "method": "m"},
     "compare": {
-        "bundle": "/nowhere/a.npz", "methods": {"bsdf": {"spp": 1}}, "seeds": [0, 1], "reference": {"spp": 4}, "out": "/nowhere/o",
-        "command": "", "probe": [1, 2], "jobs": 1, "machine": {},
+        "bundle": "/nowhere/a.npz", "comparison": {"methods": {"bsdf": {"spp": 1}}, "seeds": 2, "probe": [1, 2]}, "out": "/nowhere/o",
+        "command": "", "cycles": {"file": "/nowhere/c.exr", "about": "Cycles"}, "jobs": 1, "machine": {},
     },
     "inspect": {"bundle": "/nowhere/a.npz", "settings": {"guide": "qtable"}, "machine": {}, "out": "/nowhere/o", "pixel": [1, 2]},
     "rest": {},
