@@ -1,8 +1,9 @@
-"""`blender --command rl_guided render | compare | export FILE.blend ...`: what `rlg` does, with the same flags, by any Blender."""
+"""`blender --command rl_guided render | compare | export FILE.blend ...`: commands of `rlg`, with the same flags, by any Blender."""
 
 import argparse
 import shlex
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, add_view, chosen_view
-from blender_rl_guiding.schema import SettingsError, to_dict
+from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
 from blender_rl_guiding.strings import say
 
@@ -44,18 +45,18 @@ from .properties import read
 from .views import opened
 
 NAME = "rl_guided"
-_COMMANDS: list[Any] = []  # what Blender gave for the command, to take it back
+_COMMANDS: list[Any] = []  # Blender's handles of the command, to unregister it
 
 
 def main(arguments: list[str]) -> int:
-    """Do a command; gives the exit status. Bad input is one line on stderr and status 2."""
+    """Do a command; returns the exit status. Bad input is one line on stderr and status 2."""
     try:
         options = _parser().parse_args(arguments)
         options.text = shlex.join(["blender", "--command", NAME, *arguments])
         options.command(options)
     except SystemExit as end:  # argparse has said why
         return int(end.code or 0)
-    except (InputError, SettingsError) as error:
+    except InputError as error:
         say(f"{NAME}: {error}", sys.stderr)
         return 2
     return 0
@@ -75,12 +76,8 @@ def _render(options: argparse.Namespace) -> None:
     view = chosen_view(options)
     scene = opened(options.scene, view)
     settings = render_settings(options, read(scene.rl_guiding, Render))
-    method, machine = options.preset or settings.guide.kind, to_dict(machine_of(options))
-
-    def job_on(bundle: str) -> messages.Job:
-        return messages.Render(bundle, to_dict(settings), machine, out=_absolute(options.out), method=method)
-
-    _work(viewed(captured(scene), view), job_on)
+    asked = {"settings": to_dict(settings), "method": options.preset or settings.guide.kind}
+    _work(viewed(captured(scene), view), partial(messages.Render, **asked, **_common(options)))
     say(options.out / "image.exr")
 
 
@@ -91,13 +88,8 @@ def _compare(options: argparse.Namespace) -> None:
     compared = comparison_of_methods(options) if options.methods else _of_the_file(options, scene)
     if view.camera == AUTO and compared.reference == "CYCLES":
         raise InputError("Cycles does not know the camera of --camera auto: the file's list has it make the reference")
-    machine = to_dict(machine_of(options))
-
-    def job_on(bundle: str) -> messages.Job:
-        out = _absolute(options.out)
-        return messages.Compare(bundle, to_dict(compared), out, options.text, jobs=options.jobs, machine=machine)
-
-    outcome = _work(viewed(captured(scene), view), job_on, reference_of(scene, compared))
+    job = partial(messages.Compare, comparison=to_dict(compared), command=options.text, jobs=options.jobs, **_common(options))
+    outcome = _work(viewed(captured(scene), view), job, reference_of(scene, compared))
     print(_table(outcome["methods"]))
     say(outcome["page"])
     if outcome["failed"]:
@@ -113,7 +105,7 @@ def _of_the_file(options: argparse.Namespace, scene: bpy.types.Scene) -> Compari
     return comparison(options, asked(scene))
 
 
-def _work(data: SceneData, job_on: JobOn, cycles: Cycles | None = None) -> dict[str, Any]:
+def _work(data: SceneData, job: JobOn, cycles: Cycles | None = None) -> dict[str, Any]:
     """Have the worker do a job; returns the fields of its `done`. Each step that it begins, and each note, is a line on stderr."""
     outcome: dict[str, Any] = {}
     told = ""
@@ -126,7 +118,7 @@ def _work(data: SceneData, job_on: JobOn, cycles: Cycles | None = None) -> dict[
             say(status.text, sys.stderr)
             told = status.text
 
-    steps = working(environment.python(), data, job_on, PATIENCE, cycles)
+    steps = working(environment.python(), data, job, PATIENCE, cycles)
     running.complete(NAME, steps, lambda done: outcome.update(done) or "", tell)
     return outcome
 
@@ -147,8 +139,9 @@ def _table(rows: list[dict[str, Any]]) -> str:
     return "\n".join("  ".join(map(str.rjust, line, widths)) for line in (head, *body))
 
 
-def _absolute(path: Path) -> str:
-    return str(path.absolute())
+def _common(options: argparse.Namespace) -> dict[str, Any]:
+    """The fields of all jobs of commands."""
+    return {"out": str(options.out.absolute()), "machine": to_dict(machine_of(options))}
 
 
 def _parser() -> Parser:

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from blender_rl_guiding.schema import Choice, Entry, Pixel, Settings, SettingsError, entries, of_name
+from blender_rl_guiding.schema import Choice, Entry, Pixel, Settings, SettingsError, entries, named
 from blender_rl_guiding.settings import Render
 
 _DIGITS = 3  # after the point; Blender adds more where a small number would be shown as 0
@@ -58,7 +58,7 @@ def _named(entry: Entry) -> dict[str, Any]:
 
 
 def _property(entry: Entry, value: Any, animated: bool) -> Any:
-    """Animated is what each frame may have of its own: numbers of the render. A guide is of one kind and size throughout."""
+    """Only numbers of the render are animated: a guide keeps its kind and size in all frames."""
     common = {"name": entry.label, "description": _sentence(entry.doc), "options": {"ANIMATABLE"} if animated else set()}
     if entry.variants:
         choices = {kind: Choice(variant.label, variant.__doc__ or "") for kind, variant in entry.variants.items()}
@@ -74,7 +74,7 @@ def _property(entry: Entry, value: Any, animated: bool) -> Any:
 
 
 def _items(choices: dict[str, Choice]) -> list[tuple[str, str, str, str, int]]:
-    """Those that panels offer. A file keeps the number alone. It is made from the name, for counted ones shift when an item is inserted."""
+    """The choices that panels offer. A .blend keeps only their numbers. Counted ones would shift where a choice is inserted."""
     return [
         (name, choice.label, _sentence(choice.doc), "NONE", _number(name) if choice.number is None else choice.number)
         for name, choice in choices.items()
@@ -98,7 +98,7 @@ def _limits(entry: Entry) -> dict[str, Any]:
 
 
 def _look(entry: Entry) -> dict[str, Any]:
-    """How a number with a point is shown and stepped."""
+    """Digits, step and unit of a float."""
     if entry.type is not float:
         return {}
     low, high = entry.soft
@@ -107,7 +107,7 @@ def _look(entry: Entry) -> dict[str, Any]:
 
 
 def read(group: bpy.types.PropertyGroup, config: type[Settings]) -> Any:
-    """The settings object that the values shown in Blender stand for. For a frame, ask the evaluated scene: some are animated.
+    """The settings object of the values in Blender. Some are animated: for a frame, read the evaluated scene.
 
     SettingsError where another version saved values that this one does not have.
     """
@@ -117,7 +117,7 @@ def read(group: bpy.types.PropertyGroup, config: type[Settings]) -> Any:
 def _read(group: bpy.types.PropertyGroup, entry: Entry) -> Any:
     value = getattr(group, entry.name)
     if entry.of:
-        return tuple((item.name, read_named(item, entry)) for item in value)
+        return tuple((item.name, named(entry, item.name, read, item.settings, entry.of)) for item in value)
     if (entry.variants or entry.choices) and not value:
         raise SettingsError(f"its {entry.label} was chosen in another version of the add-on; choose it again")
     if entry.variants:
@@ -129,15 +129,8 @@ def _read(group: bpy.types.PropertyGroup, entry: Entry) -> Any:
     return tuple(value) if entry.type == Pixel else value
 
 
-def read_named(item: bpy.types.PropertyGroup, entry: Entry) -> Any:
-    """One of named settings. SettingsError as `read`, with its name."""
-    assert entry.of
-    with of_name(entry, item.name):
-        return read(item.settings, entry.of)
-
-
 def write(group: bpy.types.PropertyGroup, settings: Settings) -> None:
-    """Show a settings object in Blender; variants that it does not choose keep their values."""
+    """Show a settings object in Blender. Variants that are not chosen keep their values."""
     for entry in entries(type(settings)):
         value = getattr(settings, entry.name)
         if entry.variants:

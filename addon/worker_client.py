@@ -54,7 +54,7 @@ class Worker:
             raise InputError(self._death()) from error
 
     def event(self, timeout: float) -> dict[str, Any]:
-        """The next event, or {"event": "none"} if there was none for so many seconds. InputError where it failed or died."""
+        """The next event, or {"event": "none"} after so many seconds without one. InputError where the job failed or the renderer died."""
         try:
             event = self._events.get(timeout=timeout)
         except queue.Empty:
@@ -85,7 +85,7 @@ class Worker:
         self._events.put(None)
 
     def _death(self) -> str:
-        """Why it is not there any more, by its status and the last line that it wrote."""
+        """The reason for its end: its status, and the last line that it wrote."""
         if not self._complaints.closed:
             self._end_of_life = self._read_death()
         return self._end_of_life
@@ -124,7 +124,7 @@ def borrowed(python: Path) -> Iterator[Worker]:
         _SPARE.append((time.monotonic(), worker))
 
 
-_SPARE: list[tuple[float, Worker]] = []  # since when each has nothing to do
+_SPARE: list[tuple[float, Worker]] = []  # idle ones, each with the time of its last job
 _WARM = 45.0  # seconds; a renderer that rests ends by itself after sixty
 
 
@@ -140,6 +140,6 @@ def _warm(python: Path) -> Worker | None:
 
 
 def end_all() -> None:
-    """End the renderers that have nothing to do."""
+    """End the idle renderers."""
     while _SPARE:
         _SPARE.pop()[1].end()

@@ -136,7 +136,7 @@ def render_settings(options: argparse.Namespace, base: Render) -> Render:
             base = schema.from_dict(Render, typed.load(options.settings))
         except OSError as error:
             raise InputError(f"cannot read {options.settings}: {error.strerror or error}") from error
-        except ValueError as error:
+        except (InputError, ValueError) as error:
             raise InputError(f"{options.settings}: {error}") from error
     return flat.override(base, given(options, Render))
 

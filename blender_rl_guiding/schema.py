@@ -10,21 +10,21 @@ Command line, JSON, validation and Blender properties all derive from `entries`.
 
 import difflib
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
+from .errors import InputError
 from .strings import fault_of_name
 from .typed import shown
 
 LARGEST = 1 << 1023  # whole number that surely is a float, too
 
 
-class SettingsError(ValueError):
-    """A setting that does not exist or has a value that it cannot have; the message is one line that names it."""
+class SettingsError(InputError):
+    """A setting that does not exist, or a value that it cannot have."""
 
 
 Unit = Literal["", "share", "seconds"]
@@ -154,13 +154,10 @@ def _class_of_named(hint: Any) -> type[Settings] | None:
 
 def _checked(entry: Entry, value: Any, path: str) -> Any:
     """Return the value in the field's own type, or raise SettingsError."""
-    if entry.variants:
-        if type(value) not in entry.variants.values():
-            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join(entry.variants)}")
-        return value
-    if entry.choices:
-        if not isinstance(value, str) or value not in entry.choices:
-            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join(entry.choices)}")
+    if entry.variants or entry.choices:
+        fits = type(value) in entry.variants.values() or (isinstance(value, str) and value in entry.choices)
+        if not fits:
+            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join([*entry.variants, *entry.choices])}")
         return value
     if entry.of:
         return _checked_names(entry, value, path)
@@ -242,21 +239,14 @@ def _read(entry: Entry, value: Any, path: str) -> Any:
         rest = dict(value) if isinstance(value, Mapping) else {"kind": value}
         return from_dict(variant_of(entry, rest.pop("kind", None), path), rest)
     if entry.of and isinstance(value, Mapping):
-        return tuple((name, _read_named(entry, name, settings)) for name, settings in value.items())
+        return tuple((name, named(entry, name, from_dict, entry.of, settings)) for name, settings in value.items())
     return value
 
 
-def _read_named(entry: Entry, name: Any, values: Any) -> Settings:
-    assert entry.of
-    with of_name(entry, name):
-        return from_dict(entry.of, values)
-
-
-@contextmanager
-def of_name(entry: Entry, name: Any) -> Iterator[None]:
-    """Says of a SettingsError within the block which of the named settings it is about."""
+def named(entry: Entry, name: Any, make: Callable[..., Settings], *arguments: Any) -> Any:
+    """Make one of named settings. SettingsError has its name."""
     try:
-        yield
+        return make(*arguments)
     except SettingsError as error:
         raise SettingsError(f"{entry.label.lower()} {shown(name)}: {error}") from error
 

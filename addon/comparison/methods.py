@@ -1,7 +1,6 @@
 """The methods of a comparison: into the list in the file, and back to settings."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, get_args
 
 import bpy
@@ -9,10 +8,10 @@ import bpy
 from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.flat import active, flags, override
-from blender_rl_guiding.schema import Entry, Settings, SettingsError, entries
+from blender_rl_guiding.schema import Entry, Settings, entries, named
 from blender_rl_guiding.settings import PRESETS, Guide, Render
 
-from ..properties import read, read_named, write
+from ..properties import read, write
 
 _METHODS = next(entry for entry in entries(Comparison) if entry.name == "methods")
 
@@ -37,24 +36,8 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def settings_of(item: bpy.types.PropertyGroup) -> Render:
-    """The settings of a method in the list. InputError where they come from another version that had other choices or limits."""
-    with _told():
-        return read_named(item, _METHODS)
-
-
-def asked(comparison: bpy.types.PropertyGroup) -> Comparison:
-    """The comparison of the panel. InputError where it cannot be."""
-    with _told():
-        return read(comparison, Comparison)
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """SettingsError of the block as InputError: a line for the user."""
-    try:
-        yield
-    except SettingsError as error:
-        raise InputError(str(error)) from error
+    """The settings of a method in the list. InputError where another version saved choices or numbers that this one does not have."""
+    return named(_METHODS, item.name, read, item.settings, Render)
 
 
 def sweep(settings: Render, name: str, values: str) -> Iterator[tuple[str, Render]]:
@@ -66,7 +49,7 @@ def sweep(settings: Render, name: str, values: str) -> Iterator[tuple[str, Rende
     for text in filter(None, map(str.strip, values.split(","))):
         try:
             yield f"{name.rpartition('.')[2]} {text}", override(settings, {name: _value(entry, text)})
-        except (SettingsError, ValueError) as error:
+        except (InputError, ValueError) as error:
             raise InputError(f"{entry.label} cannot be {text!r}: {error}") from error
 
 

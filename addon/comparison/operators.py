@@ -3,6 +3,7 @@
 # pyright: reportInvalidTypeForm=false
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ from blender_rl_guiding.strings import printable
 from .. import installation as environment
 from ..capture import captured
 from ..engine import machine
-from . import methods, results, running
+from ..properties import read
+from . import results, running
 from .properties import CHOSEN
 from .steps import Cycles, working
 
@@ -48,14 +50,14 @@ def folder_of(scene: bpy.types.Scene) -> Path:
 
 def asked(scene: bpy.types.Scene) -> Comparison:
     """The comparison of the panel. InputError where it cannot be, or its reference is not there."""
-    comparison = methods.asked(scene.rl_guiding_comparison)
+    comparison = read(scene.rl_guiding_comparison, Comparison)
     if comparison.reference == "FILE" and not comparison.reference_file.is_file():
         raise InputError(f"the reference is not at {comparison.reference_file}: choose an EXR image")
     return comparison
 
 
 def reference_of(scene: bpy.types.Scene, comparison: Comparison) -> Cycles | None:
-    """What renders the reference before the comparison begins, if anything does."""
+    """The renderer of the reference, where that is Cycles."""
     return Cycles(scene, comparison.reference_spp) if comparison.reference == "CYCLES" else None
 
 
@@ -114,13 +116,9 @@ class RLG_OT_compare(Background):
         folder, comparison, uid = folder_of(scene), asked(scene), scene.session_uid
         file = Path(bpy.data.filepath).name or "an unsaved file"
         command = printable(f"Blender {bpy.app.version_string}, Compare: scene '{scene.name}' of {file}")
-        layout = machine(scene.render)
-
-        def job_on(bundle: str) -> messages.Job:
-            return messages.Compare(bundle, to_dict(comparison), str(folder), command, machine=layout)
-
+        job = partial(messages.Compare, comparison=to_dict(comparison), out=str(folder), command=command, machine=machine(scene.render))
         data = captured(scene)
-        steps = working(python, data, job_on, patience, reference_of(scene, comparison))
+        steps = working(python, data, job, patience, reference_of(scene, comparison))
 
         def finish(outcome: dict[str, Any]) -> str:
             line = results.store(scene_of(uid), outcome)
@@ -138,15 +136,11 @@ class RLG_OT_inspect(Background):
 
     def work(self, context: bpy.types.Context, patience: float) -> tuple[str, running.Steps, running.Finish]:
         scene, active = context.scene, context.scene.rl_guiding_comparison.active_method
-        comparison = methods.asked(scene.rl_guiding_comparison)
+        comparison = read(scene.rl_guiding_comparison, Comparison)
         name, _ = comparison.methods[max(0, min(active, len(comparison.methods) - 1))]
-        settings = to_dict(comparison.compared()[name])
-        out, layout = folder_of(scene) / "learnt" / name, machine(scene.render)
-
-        def job_on(bundle: str) -> messages.Job:
-            return messages.Inspect(bundle, settings, str(out), comparison.pixel(), layout)
-
-        steps = working(environment.python(), captured(scene), job_on, patience)
+        settings, out = to_dict(comparison.compared()[name]), folder_of(scene) / "learnt" / name
+        job = partial(messages.Inspect, settings=settings, out=str(out), pixel=comparison.pixel(), machine=machine(scene.render))
+        steps = working(environment.python(), captured(scene), job, patience)
 
         def finish(outcome: dict[str, Any]) -> str:
             shown = [results.opened(path, f"{name} {Path(path).stem}", _image(f"{name} {Path(path).stem}")) for path in outcome["pictures"]]
@@ -180,7 +174,7 @@ def undo_push(message: str) -> None:
 
 
 class RLG_OT_cancel(bpy.types.Operator):
-    """End what is under way. Finished runs are kept: the next comparison goes on from there."""
+    """End the work under way. Finished runs are kept: the next comparison goes on from there."""
 
     bl_idname = "rl_guided.cancel"
     bl_label = "Cancel"

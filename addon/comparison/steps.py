@@ -25,7 +25,7 @@ _CYCLES = Path(__file__).resolve().parents[1] / "cycles_reference.py"
 JobOn = Callable[[str], messages.Job]  # makes the job, given the path of the scene's bundle
 
 
-def working(python: Path, scene: SceneData, job_on: JobOn, patience: float, cycles: "Cycles | None" = None) -> Steps:
+def working(python: Path, scene: SceneData, job: JobOn, patience: float, cycles: "Cycles | None" = None) -> Steps:
     """Have the worker do a job on a scene; returns the fields of its `done`, with its notes under "notes".
 
     `cycles`: renders the reference first.
@@ -35,16 +35,15 @@ def working(python: Path, scene: SceneData, job_on: JobOn, patience: float, cycl
     status, notes = Status("Starting the renderer", 0.0), []
     with temporary_folder() as folder, worker_client.borrowed(python) as worker:
         bundle = Path(folder, f"{scene.name}.npz")
-        job = job_on(str(bundle))
-        if cycles and isinstance(job, messages.Compare):
-            reference = yield from cycles.render(Path(folder, "cycles.exr"), patience)
-            job = replace(job, cycles=reference)
+        asked = job(str(bundle))
+        if cycles and isinstance(asked, messages.Compare):
+            asked = replace(asked, cycles=(yield from cycles.render(Path(folder, "cycles.exr"), patience)))
         save(scene, bundle)
-        worker.send(job)
+        worker.send(asked)
         while True:
             event = worker.event(patience)
             if event["event"] == "done":
-                return _outcome(messages.name_of(job), event) | {"notes": notes}
+                return _outcome(messages.name_of(asked), event) | {"notes": notes}
             if event["event"] == "status":
                 status = Status(event["text"], event["share"])
             elif event["event"] == "pass":

@@ -13,7 +13,6 @@ from typing import Any, NoReturn
 
 from rich.console import Console
 
-from .. import schema
 from ..catalogue import CATALOGUE, Entry, chosen
 from ..comparison import Comparison
 from ..errors import InputError
@@ -36,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser(COMMANDS).parse_args(arguments)
     try:
         options.command(options)
-    except (InputError, schema.SettingsError, FloatingPointError) as error:
+    except (InputError, FloatingPointError) as error:
         say(f"rlg: {error}", sys.stderr)
         return 2
     except KeyboardInterrupt as interrupt:
@@ -199,7 +198,7 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
-    """Write the reports and print their summaries. InputError in the end on all that they lack: runs that failed, and what is damaged."""
+    """Write the reports and print their summaries. InputError at the end names failed runs and damaged files."""
     from ..report import writing as report
 
     lacking = [failed_runs(failed)] if failed else []
@@ -228,7 +227,7 @@ def _metrics(options: argparse.Namespace) -> None:
 
 
 def _alone(command: Callable[[argparse.Namespace], None]) -> Callable[[argparse.Namespace], None]:
-    """A command that nobody else writes to the same folders with."""
+    """The command, while no other process writes to its folders."""
 
     def run(options: argparse.Namespace) -> None:
         folders = [options.out / name for name in chosen(options.names)] if "names" in options else [options.out]

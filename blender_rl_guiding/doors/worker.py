@@ -23,7 +23,7 @@ from ..comparison import Comparison
 from ..errors import InputError, atomic
 from ..locks import writing
 from ..notices import heard_by
-from ..schema import SettingsError, from_dict
+from ..schema import from_dict
 from ..settings import Machine, Render
 from ..strings import printable
 from ..typed import MalformedError
@@ -232,7 +232,7 @@ def main() -> None:
             _do(job, events)
         except MalformedError as error:
             events.send("error", text=f"the renderer cannot take this job: {error}")
-        except (InputError, SettingsError, FloatingPointError, OSError) as error:
+        except (InputError, FloatingPointError, OSError) as error:
             events.send("error", text=printable(str(error)))
 
 

@@ -143,9 +143,9 @@ def test_the_budget_is_that_of_the_comparison(scene: bpy.types.Scene):
     comparison = scene.rl_guiding_comparison
     methods.add(comparison, "a", Render(spp=7, seconds=3.0))
     comparison.spp = 5
-    assert methods.asked(comparison).compared() == {"a": Render(spp=5)}
+    assert read(comparison, Comparison).compared() == {"a": Render(spp=5)}
     comparison.budget, comparison.seconds = "SECONDS", 0.3
-    assert methods.asked(comparison).compared() == {"a": Render(spp=1_000_000, seconds=0.3)}
+    assert read(comparison, Comparison).compared() == {"a": Render(spp=1_000_000, seconds=0.3)}
 
 
 def test_methods_come_from_presets_guides_and_the_scene(scene: bpy.types.Scene):
@@ -212,7 +212,7 @@ def test_a_choice_of_another_version_is_reported(scene: bpy.types.Scene):
     else:
         group["encoder"] = 12345
     with pytest.raises(InputError, match=r"method 'old': its Encoder was chosen in another version"):
-        methods.asked(comparison)
+        read(comparison, Comparison)
     assert "encoder" in drawn(RLG_PT_compare_method, context(scene)).names, "or it could not be chosen again"
 
 
@@ -225,7 +225,7 @@ def test_a_number_beyond_the_limits_of_this_version_is_reported(scene: bpy.types
     else:
         group["batch"] = -3
     with pytest.raises(InputError, match=r"method 'old': .*batch=-3 is out of range"):
-        methods.asked(comparison)
+        read(comparison, Comparison)
 
 
 def test_menus_are_saved_by_numbers_that_never_change(scene: bpy.types.Scene):
