@@ -1,4 +1,4 @@
-"""What a comparison is: flags, JSON, the panel's properties and `experiment.json` are made from this class."""
+"""The declaration of a comparison. Flags, JSON, the panel's properties, the worker's job and `experiment.json` follow from it."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -44,12 +44,10 @@ class Comparison(Settings):
     reference_file: Path = setting(
         Path(), "An EXR image, linear, of the scene's size: the reference.", label="File", when=("reference", "FILE")
     )
-    use_probe: bool = setting(
-        True, "Show what methods have learnt of the light that arrives at the point that a pixel sees.", label="Probe"
-    )
+    use_probe: bool = setting(True, "Show what methods have learnt of the light that arrives where a pixel looks.", label="Probe")
     probe: Pixel = setting(
         (-1, -1),
-        "Column and row from the top left; -1 takes the middle of the width at four fifths of the height.",
+        "Where to show what is learnt: column and row from the top left; -1 takes the middle of the width at four fifths of the height.",
         min=-1,
         label="Pixel",
     )

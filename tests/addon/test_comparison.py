@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import bpy
@@ -282,9 +283,13 @@ def test_commands_give_the_bits_of_the_panel(lit: bpy.types.Scene, run: Export, 
     compared = ["--methods", "uniform,bsdf", "--spp", "2", "--reference-spp", "1", "--max-bounces", "2"]
     assert commands.main(["compare", blend, "--out", str(tmp_path / "b"), *compared]) == 0
     assert (tmp_path / "b" / "report.html").exists()
-    assert commands.main(["compare", blend, "--out", str(tmp_path / "c")]) == 0
-    assert {path.parent.parent.name for path in (tmp_path / "c").rglob("result.json")} == {"uniform", "plain", "table"}
+    assert commands.main(["compare", blend, "--out", str(tmp_path / "c"), "--seeds", "2"]) == 0
+    runs = [path.parent for path in (tmp_path / "c").rglob("result.json")]
+    assert {(run.parent.name, run.name) for run in runs} == {*product(("uniform", "plain", "table"), ("seed-0", "seed-1"))}
     capsys.readouterr()
+    for flag, value in (("--reference", "a.exr"), ("--spp", "3")):
+        assert commands.main(["compare", blend, "--out", str(tmp_path / "d"), flag, value]) == 2
+        assert f"{flag[2:]} needs --methods" in capsys.readouterr().err
     assert commands.main(["render", str(tmp_path / "none.blend"), "--out", str(tmp_path / "d")]) == 2
     assert "none.blend" in capsys.readouterr().err
     assert commands.main(["render", blend, "--out", str(tmp_path / "d"), "--sp", "3"]) == 2

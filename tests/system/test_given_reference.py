@@ -16,7 +16,7 @@ from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.images.metrics import mape
 from blender_rl_guiding.report import writing as report
 from blender_rl_guiding.report.page import page
-from blender_rl_guiding.settings import BSDF, Machine, Render, Uniform
+from blender_rl_guiding.settings import BSDF, Machine, QTable, Render, Uniform
 from tests import scenes
 
 METHODS = ("uniform", Render(spp=2, guide=Uniform())), ("bsdf", Render(spp=2, guide=BSDF()))
@@ -115,6 +115,15 @@ def test_a_file_says_what_was_compared(compiled: None, silent: Events, tmp_path:
         "command": "test",
         "reference": "grey 0.5.exr",
     }
+
+
+def test_what_is_learnt_is_shown_if_it_is_asked_for(compiled: None, silent: Events, tmp_path: Path):
+    plain = experiment(tmp_path, given(tmp_path, 0.5))
+    learner = replace(plain.comparison, methods=(("table", Render(spp=2, guide=QTable(cells=4, recorded=500))),))
+    for asked in (False, True):
+        out = tmp_path / f"asked-{asked}"
+        assert run([replace(plain, folder=out, comparison=replace(learner, use_probe=asked))], Machine(), 1, silent) == 0
+        assert (out / "tiny0" / "probe.json").exists() == asked
 
 
 def test_more_runs_than_a_report_can_show_are_refused(silent: Events, tmp_path: Path):

@@ -49,6 +49,12 @@ def mutated(count: int) -> list[bytes]:
     return mutations.some(lines, count, seed=4)
 
 
+@pytest.mark.parametrize("name", JOBS)
+def test_a_job_comes_out_of_its_line_as_it_went_in(name: str):
+    job = messages.read_job(json.dumps({"job": name} | JOBS[name]).encode())
+    assert messages.read_job(messages.line_of(job)) == job
+
+
 def test_whatever_a_line_is_it_is_a_job_or_malformed():
     good = bad = 0
     for line in NO_JOBS:
