@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Runs `rlg` and says on stdout when it comes to a function; as the command's own process, so that signals reach just that.
 TELLING = """
 import importlib, sys
-from blender_rl_guiding import cli
+from blender_rl_guiding.doors import cli
 module, owner, name = sys.argv[1].split(":")
 place = importlib.import_module("blender_rl_guiding." + module)
 place = getattr(place, owner) if owner else place

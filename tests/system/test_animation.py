@@ -39,7 +39,7 @@ bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 # `rlg` that is killed while it writes its second frame.
 KILLED = """
 import os, signal, sys
-from blender_rl_guiding import cli
+from blender_rl_guiding.doors import cli
 from blender_rl_guiding.experiments import runs
 real, calls = runs.write_png, []
 def write_png(path, image):
