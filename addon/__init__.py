@@ -3,17 +3,15 @@
 import sys
 
 if __name__.startswith("bl_ext.") and f"{__name__}.engine" not in sys.modules:
-    # An update in a running Blender loads the add-on anew, but not the package that comes with it: new modules would meet old ones.
+    # An update in a running Blender loads the add-on anew, but not its package blender_rl_guiding: new modules would meet old ones.
     for _name in [name for name in sys.modules if name.partition(".")[0] == "blender_rl_guiding"]:
         del sys.modules[_name]
 
-from . import (  # only after that
+from . import (  # after the package's old modules are gone
     blender_panels,
-    check,
     commands,
     comparison,
     coverage,
-    coverage_panel,
     cycles_panels,
     engine,
     panels,
@@ -22,32 +20,9 @@ from . import (  # only after that
     properties,
     repair,
 )
+from .registering import registering
 
-# In this order: what comes later names what came before.
-_MODULES = (
-    preferences,
-    properties,
-    repair,
-    engine,
-    presets,
-    panels,
-    cycles_panels,
-    coverage,
-    check,
-    coverage_panel,
-    comparison,
-    commands,
-    blender_panels,
+# A module may name what modules before it have registered.
+register, unregister = registering(
+    (preferences, properties, repair, engine, presets, panels, cycles_panels, coverage, comparison, commands, blender_panels)
 )
-
-
-def register() -> None:
-    """Everything that the add-on adds to Blender."""
-    for module in _MODULES:
-        module.register()
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    for module in reversed(_MODULES):
-        module.unregister()

@@ -1,4 +1,4 @@
-"""Operators that do one thing at once, or say in a line why not."""
+"""Operators that do one thing at once, or report in one line why they cannot."""
 
 import bpy
 
@@ -9,7 +9,7 @@ class Acting(bpy.types.Operator):
     """Runs `act` and shows its InputError; itself never registered."""
 
     def act(self, context: bpy.types.Context) -> None:
-        """Do it. InputError where that is not possible."""
+        """Do it. InputError where it is impossible."""
         raise NotImplementedError
 
     def execute(self, context: bpy.types.Context) -> set[str]:

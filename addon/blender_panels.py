@@ -1,22 +1,22 @@
-"""Blender's own panels under this engine: those that say what it renders are shown, those of what it does not honour are not."""
+"""Shows Blender's own panels under this engine, without those of settings that it ignores."""
 
 from collections.abc import Iterator
 
 import bpy
 
-from .engine import RLGuided
+from .panel import ENGINE
 
-_STANDARD = "BLENDER_RENDER"  # panels that are meant for every engine name it
+_STANDARD = "BLENDER_RENDER"  # panels for every engine name this one
 _LEFT_OUT = {
-    # The renderer has nothing to show a preview by.
+    # There are no previews.
     "DATA_PT_preview",
-    # Others stand in: that of EEVEE, whose light is described as here, and those of cycles_panels.py.
+    # Others stand in: EEVEE's panel of lights, which has the same properties, and cycles_panels.py.
     "DATA_PT_light",
     "NODE_DATA_PT_light",
     "RENDER_PT_simplify",
     "RENDER_PT_simplify_render",
     "RENDER_PT_simplify_viewport",
-    # What is not rendered, and is in the coverage report.
+    # Not rendered; the coverage report lists it.
     "DATA_PT_camera_stereoscopy",
     "EEVEE_MATERIAL_PT_viewport_settings",
     "RENDER_PT_freestyle",
@@ -37,7 +37,7 @@ _TAKEN = {
 
 
 def wanted() -> Iterator[type]:
-    """The registered panels of Blender that are shown under this engine."""
+    """Blender's registered panels to show."""
     for panel in bpy.types.Panel.__subclasses__():
         name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
         left_out = name in _LEFT_OUT or name.startswith(_LEFT_OUT_PREFIXES)
@@ -48,11 +48,10 @@ def wanted() -> Iterator[type]:
 def register() -> None:
     """Show them."""
     for panel in wanted():
-        panel.COMPAT_ENGINES.add(RLGuided.bl_idname)
+        panel.COMPAT_ENGINES.add(ENGINE)
 
 
 def unregister() -> None:
     """Undo `register`."""
     for panel in bpy.types.Panel.__subclasses__():
-        if RLGuided.bl_idname in (engines := getattr(panel, "COMPAT_ENGINES", set())):
-            engines.discard(RLGuided.bl_idname)
+        getattr(panel, "COMPAT_ENGINES", set()).discard(ENGINE)

@@ -1,36 +1,40 @@
-"""Exports a scene of the open file by a render of it, because only an engine is given the depsgraph in render mode."""
+"""Exports a scene of the open file by a render of it, see `exporter`."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Loss
+from blender_rl_guiding.scene.framing import viewed
+from blender_rl_guiding.scene.view import View
 from blender_rl_guiding.strings import fit
 
-from .engine import Exporter
-from .export.coverage import of_scene
+from .export.coverage import of_scene, summary
 from .export.text import read_names
+from .exporter import Exporter
 from .neutral import first_layer, neutral
 
 
 @read_names()
 def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
-    """The scene as a render of it would export it, by its first view layer that renders or the named one.
+    """The scene as a render would export it, by the named view layer or the first that renders.
 
-    It is a render of a copy of the scene: the file and the last render stay as they were, and no render is heard of.
-    InputError as in `export`, or what Blender itself has against rendering.
+    A copy of the scene is rendered: the file and the last render stay as they are.
+    InputError as in `export`, or with Blender's own reason not to render.
     """
     if scene.camera is None:
         raise InputError(f"scene '{scene.name}' has no camera (Properties > Scene > Camera)")
     copy = scene.copy()
     name = copy.name
     try:
-        with _unheard(), exporting(copy, view_layer) as exported:
-            return _renamed(exported(), name, scene.name)
+        with exporting(copy, view_layer) as export:
+            return _renamed(export(), name, scene.name)
     except InputError as error:
         raise InputError(str(error).replace(name, scene.name)) from error
     finally:
@@ -43,11 +47,25 @@ def _renamed(data: SceneData, copy: str, name: str) -> SceneData:
     return replace(data, name=fit(data.name.replace(copy, name)), coverage=tuple(losses))
 
 
+@read_names()
+def exported(scene: bpy.types.Scene, view: View) -> SceneData:
+    """The scene of a file that `views.opened` opened at this view. The scene's settings become neutral."""
+    with exporting(scene) as export:
+        return viewed(export(), view)
+
+
+def write(scene: SceneData, bundle: Path, blend: Path, *, strict: bool) -> None:
+    """Save the bundle of a file. InputError where something is lost and `strict` forbids it."""
+    if strict and scene.coverage:
+        raise InputError(f"{blend.name}: {summary(scene.coverage)}")
+    save(scene, bundle)
+
+
 @contextmanager
 def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable[[], SceneData]]:
-    """Yields a function that exports the scene as it is at each call, by its first view layer that renders or the named one.
+    """Yields a function that exports the scene at the frame of each call, by the named view layer or the first that renders.
 
-    The scene's settings become neutral.
+    The scene's settings become neutral. InputError where no view layer renders.
     """
     outcome: list[SceneData] = []
 
@@ -60,11 +78,12 @@ def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable
         def deliver(self, scene: SceneData) -> None:
             outcome.append(scene)
 
-    def exported() -> SceneData:
+    def export() -> SceneData:
         outcome.clear()
-        neutral(scene)  # each time: the settings may be animated, too
+        neutral(scene)  # at each call: an animation may have set them again
         scene.render.engine = Capture.bl_idname
-        render(scene, layer)
+        with _unheard():
+            render(scene, layer)
         if not outcome:
             raise InputError(f"Blender has not rendered scene '{scene.name}'")
         return replace(outcome[0], coverage=(*own, *(loss for loss in outcome[0].coverage if loss not in own)))
@@ -72,17 +91,17 @@ def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable
     layer = view_layer or first_layer(scene)
     if not layer:
         raise InputError(f"scene '{scene.name}' has no view layer that renders (Properties > View Layer > Use for Rendering)")
-    own = tuple(of_scene(scene, scene.view_layers[layer]))  # told before it is not to be seen any more
+    own = tuple(of_scene(scene, scene.view_layers[layer]))  # `neutral` hides these losses
     bpy.utils.register_class(Capture)
     try:
-        yield exported
+        yield export
     finally:
-        bpy.utils.unregister_class(Capture)  # at once: it is not for the user's menu, and Blender 4.5 would hang at exit
+        bpy.utils.unregister_class(Capture)  # at once: it does not belong in the user's menu, and Blender 4.5 would hang at exit
 
 
 @contextmanager
 def _unheard() -> Iterator[None]:
-    """No render handler of anyone runs for a while: the user asked for no render."""
+    """Blender calls no render handler of any add-on in this block: the user asked for no render."""
     lists = [getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers) if name.startswith("render_")]
     kept = [[*handlers] for handlers in lists]
     for handlers in lists:
@@ -94,8 +113,8 @@ def _unheard() -> Iterator[None]:
             handlers[:] = before
 
 
-def render(scene: bpy.types.Scene, view_layer: str = "") -> None:
-    """Render a still by the scene's engine, here and now. InputError with what the engine or Blender reported."""
+def render(scene: bpy.types.Scene, view_layer: str) -> None:
+    """Render a still by the scene's engine, here and now. InputError with the reason of the engine or of Blender."""
     try:
         bpy.ops.render.render(scene=scene.name, layer=view_layer)
     except RuntimeError as error:

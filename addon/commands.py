@@ -26,21 +26,18 @@ from blender_rl_guiding.flags import (
     render_settings,
     tell_losses,
 )
-from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, add_view, chosen_view
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
 from blender_rl_guiding.strings import say
 
 from . import installation as environment
-from .capture import captured
+from .capture import exported, write
 from .comparison import running
 from .comparison.operators import PATIENCE, asked, reference_of
 from .comparison.results import MEASURES
 from .comparison.steps import Cycles, JobOn, working
-from .export.coverage import summary
 from .properties import read
 from .views import opened
 
@@ -64,10 +61,8 @@ def main(arguments: list[str]) -> int:
 
 def _export(options: argparse.Namespace) -> None:
     view = chosen_view(options)
-    data = viewed(captured(opened(options.scene, view)), view)
-    if options.strict and data.coverage:
-        raise InputError(f"{options.scene.name}: {summary(data.coverage)}")
-    save(data, options.bundle)
+    data = exported(opened(options.scene, view), view)
+    write(data, options.bundle, options.scene, strict=options.strict)
     tell_losses(options.bundle, data.coverage)
 
 
@@ -76,8 +71,8 @@ def _render(options: argparse.Namespace) -> None:
     view = chosen_view(options)
     scene = opened(options.scene, view)
     settings = render_settings(options, read(scene.rl_guiding, Render))
-    asked = {"settings": to_dict(settings), "method": options.preset or settings.guide.kind}
-    _work(viewed(captured(scene), view), partial(messages.Render, **asked, **_common(options)))
+    fields = {"settings": to_dict(settings), "method": options.preset or settings.guide.kind}
+    _work(exported(scene, view), partial(messages.Render, **fields, **_common(options)))
     say(options.out / "image.exr")
 
 
@@ -89,7 +84,7 @@ def _compare(options: argparse.Namespace) -> None:
     if view.camera == AUTO and compared.reference == "CYCLES":
         raise InputError("Cycles does not know the camera of --camera auto: the file's list has it make the reference")
     job = partial(messages.Compare, comparison=to_dict(compared), command=options.text, jobs=options.jobs, **_common(options))
-    outcome = _work(viewed(captured(scene), view), job, reference_of(scene, compared))
+    outcome = _work(exported(scene, view), job, reference_of(scene, compared))
     print(_table(outcome["methods"]))
     say(outcome["page"])
     if outcome["failed"]:

@@ -1,4 +1,4 @@
-"""Panels of what the renderer takes over where only Cycles has panels, which it keeps to itself."""
+"""Panels of settings that this renderer takes over from Cycles, whose own panels show under Cycles alone."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from .engine import RLGuided
+from .panel import EnginePanel
 
 _SURFACES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects whose faces are rendered
 _RAYS = {"camera": "Camera", "diffuse": "Diffuse", "glossy": "Glossy", "transmission": "Transmission"}
@@ -16,17 +16,17 @@ Test = Callable[[bpy.types.Context], Any]
 
 @dataclass(frozen=True)
 class Shown:
-    """A panel of properties that are not our own."""
+    """A panel of properties of Blender or Cycles."""
 
     name: str
     title: str
     tab: str  # of the Properties editor
-    owners: dict[str, dict[str, str]]  # where in the context the owner of properties is, by dots: their names and labels
+    owners: dict[str, dict[str, str]]  # by the path of an owner in the context, "scene.cycles": its properties and their labels
     parent: str = ""
-    switch: tuple[str, str] | None = None  # an owner, as above, and the property that the header shows
+    switch: tuple[str, str] | None = None  # the path of an owner, and its property in the header
     poll: Test = lambda context: True
-    active: Test = lambda context: True  # whether the properties have an effect
-    without: Callable[[bpy.types.Context], set[str]] = lambda context: set()  # properties that are not drawn now
+    active: Test = lambda context: True  # whether the properties have an effect; grey if not
+    without: Callable[[bpy.types.Context], set[str]] = lambda context: set()  # properties to hide
 
 
 _SHOWN = (
@@ -99,24 +99,21 @@ _SHOWN = (
 
 
 def _at(root: Any, path: str) -> Any:
-    """What a path by dots leads to; None where Blender runs without Cycles."""
+    """The value at a path by dots; None where Blender runs without Cycles."""
     for name in path.split("."):
         root = getattr(root, name, None)
     return root
 
 
-class ShownPanel:
-    """What the panels of all entries of `_SHOWN` do."""
+class ShownPanel(EnginePanel):
+    """Draws an entry of `_SHOWN`."""
 
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_options = {"DEFAULT_CLOSED"}
-    layout: bpy.types.UILayout
     shown: Shown
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.engine != RLGuided.bl_idname or not cls.shown.poll(context):
+        if not (super().poll(context) and cls.shown.poll(context)):
             return False
         return any(_at(context, owner) is not None for owner in cls.shown.owners)
 
@@ -128,7 +125,7 @@ class ShownPanel:
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
-        layout.use_property_decorate = self.shown.tab == "data"  # elsewhere Cycles, too, shows none
+        layout.use_property_decorate = self.shown.tab == "data"  # keyframe buttons, where Cycles has them
         layout.active = bool(self.shown.active(context))
         for path, names in self.shown.owners.items():
             column = layout.column(align=True)
@@ -137,19 +134,15 @@ class ShownPanel:
                     column.prop(owner, name, text=names[name])
 
 
-class SurfacePanel:
-    """The nodes that lead to the output which Cycles, and so this renderer, takes."""
+class SurfacePanel(EnginePanel):
+    """The nodes of the output that Cycles takes, and so this renderer."""
 
     bl_label = "Surface"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-
-    layout: bpy.types.UILayout
     owner: str  # in the context
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == RLGuided.bl_idname and _at(context, f"{cls.owner}.node_tree") is not None
+        return super().poll(context) and _at(context, f"{cls.owner}.node_tree") is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         tree = _at(context, f"{self.owner}.node_tree")

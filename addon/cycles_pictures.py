@@ -1,9 +1,9 @@
-"""What Cycles makes of nodes that look around: pictures of a sky, or of anything in a world. Runs in a Blender of its own.
+"""Renders by Cycles all that a node of a world shows around a camera: a sky, or any output. Runs in a Blender of its own.
 
 blender -b --factory-startup --python cycles_pictures.py -- JOB.json OUT.npz
 
-A job is {"sky": properties of a Sky Texture node}, or {"blend": file, "world": name, "groups": names of the group nodes that lead to the
-node, "node": its name, "output": identifier of its output, "frame": number}. It ends when its stdin does.
+A job is {"sky": properties of a Sky Texture node}; or {"blend": file, "world": name, "groups": names of the group nodes around the node,
+outermost first, "node": its name, "output": identifier of its output, "frame": number}. The script ends when its stdin does.
 """
 
 import json
@@ -20,17 +20,17 @@ sys.path.append(str(Path(__file__).parent))  # there is no add-on in that Blende
 
 from lifeline import hold
 
-WIDTH, HEIGHT = 512, 256  # of a sky: those of the tables that Cycles itself reads the scattering models from
-ACROSS = 1024  # pixels around the horizon, of anything else
+WIDTH, HEIGHT = 512, 256  # of a sky: the size of Cycles' own tables of the scattering models
+ACROSS = 1024  # pixels around the horizon, of any other picture
 STEPS = 256  # across the sun's disc
 WITHOUT_DISC = ("PREETHAM", "HOSEK_WILKIE")
-LIMB = 0.6  # how much darker the disc is at its edge
+LIMB = 0.6  # the disc is darker by this share at its edge
 BESIDE = 1e-5  # radians on both sides of a line: no picture is without width
 AROUND, POLES = (-math.pi, math.pi), (-math.pi / 2, math.pi / 2)
 
 
 def panorama() -> bpy.types.Scene:
-    """An empty scene whose camera looks around along +y, one sample in the middle of each pixel, and a world without nodes."""
+    """An empty scene: a panoramic camera whose middle is +y, one sample in the middle of each pixel, and a world without nodes."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -52,12 +52,12 @@ def panorama() -> bpy.types.Scene:
     if bpy.app.version < (5, 0):
         scene.world.use_nodes = True
     scene.world.node_tree.nodes.clear()
-    scene.world.cycles.sampling_method = "NONE"  # or Cycles would look for where the world is bright
+    scene.world.cycles.sampling_method = "NONE"  # or Cycles would first search the world for light
     return scene
 
 
 def settings(camera: bpy.types.Camera) -> Any:
-    """Who has a camera's panorama settings: before Blender 5.0 they were Cycles' own."""
+    """The owner of a camera's panorama settings, which were Cycles' before Blender 5.0."""
     return camera if hasattr(camera, "panorama_type") else camera.cycles
 
 
@@ -77,7 +77,7 @@ def look(scene: bpy.types.Scene, width: int, height: int, longitudes: tuple[floa
 
 
 def look_around(scene: bpy.types.Scene, width: int, height: int) -> np.ndarray:
-    """The same of all directions, placed as in an environment texture, which has +x in the middle."""
+    """Colours of all directions, as an environment texture has them: +x is in the middle."""
     scene.camera.rotation_euler[2] = -math.pi / 2
     return look(scene, width, height, AROUND, POLES)
 
@@ -86,7 +86,7 @@ def look_around(scene: bpy.types.Scene, width: int, height: int) -> np.ndarray:
 
 
 def sky(values: dict[str, Any]) -> dict[str, np.ndarray]:
-    """The sky without its sun, and the disc of that: black where there is none."""
+    """The sky without its sun, and the disc of the sun: black where there is none."""
     picture = whole_sky(values)
     has_disc = values["sun_disc"] and values["sky_type"] not in WITHOUT_DISC
     return {"picture": picture, "disc": disc_line(values, picture) if has_disc else np.zeros((STEPS, 3))}
@@ -103,7 +103,7 @@ def add_sky(tree: bpy.types.NodeTree, values: dict[str, Any]) -> bpy.types.Node:
 
 
 def gather_rows(tree: bpy.types.NodeTree, sky: bpy.types.Node) -> None:
-    """Let the node see the elevation e = (pi / 2) s |s| in the direction whose elevation is (pi / 2) s: rows gather at the horizon."""
+    """Show elevation e = (pi / 2) s |s| at elevation (pi / 2) s, so that rows gather at the horizon."""
 
     def math_node(operation: str, *inputs: Any) -> bpy.types.NodeSocket:
         node = tree.nodes.new("ShaderNodeMath")
@@ -135,9 +135,9 @@ def whole_sky(values: dict[str, Any]) -> np.ndarray:
 
 
 def disc_line(values: dict[str, Any], sky: np.ndarray) -> np.ndarray:
-    """(STEPS, 3), what the disc would be without darker edges, from its lowest elevation to its highest, both included.
+    """(STEPS, 3): the disc as it were without darker edges, from its lowest elevation to its highest, both included.
 
-    Up to Blender 4.5 the disc hides the sky, since 5.0 it is added to it.
+    Up to Blender 4.5 the disc hides the sky; since 5.0 it is added to it.
     """
     scene = panorama()
     add_sky(scene.world.node_tree, values)
@@ -152,7 +152,7 @@ def disc_line(values: dict[str, Any], sky: np.ndarray) -> np.ndarray:
 
 
 def row_at(sky: np.ndarray, elevations: np.ndarray) -> np.ndarray:
-    """(N, 3), the sky's colours on the side of +y."""
+    """(N, 3): the sky's colours towards +y."""
     s = elevations * (2 / math.pi)
     rows = (0.5 + 0.5 * np.copysign(np.sqrt(np.abs(s)), s)) * HEIGHT - 0.5
     column = sky[:, WIDTH // 4 - 1 : WIDTH // 4 + 1].mean(axis=1)
@@ -163,7 +163,7 @@ def row_at(sky: np.ndarray, elevations: np.ndarray) -> np.ndarray:
 
 
 def node(job: dict[str, Any]) -> dict[str, np.ndarray]:
-    """What comes out of a node of a world, whatever it depends on, as a camera sees it."""
+    """The output of a node of a world, as a camera sees it all around."""
     scene = panorama()
     with bpy.data.libraries.load(job["blend"]) as (_, wanted):
         wanted.worlds = [job["world"]]
@@ -184,7 +184,7 @@ def node(job: dict[str, Any]) -> dict[str, np.ndarray]:
 
 
 def brought_out(tree: bpy.types.NodeTree, groups: list[str], job: dict[str, Any]) -> bpy.types.NodeSocket:
-    """The job's output, led out of the groups that it is in."""
+    """The job's output, led out of its groups."""
     if not groups:
         return next(socket for socket in tree.nodes[job["node"]].outputs if socket.identifier == job["output"])
     group = tree.nodes[groups[0]]
@@ -200,7 +200,7 @@ def main(arguments: list[str]) -> int:
     """Make the pictures of a job; gives the exit status, with the reason on stderr."""
     hold()
     job, out = json.loads(Path(arguments[0]).read_text(encoding="utf-8")), Path(arguments[1])
-    tempfile.tempdir = str(out.parent)  # which does not outlive the parent either
+    tempfile.tempdir = str(out.parent)  # its owner removes it, even where this process is killed
     try:
         pictures = sky(job["sky"]) if "sky" in job else node(job)
     except (RuntimeError, TypeError, AttributeError) as error:  # Blender's refusals: to render, and of a value or a property
@@ -213,4 +213,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]))
+    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :]))

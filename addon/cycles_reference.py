@@ -1,8 +1,8 @@
-"""Renders a scene by Cycles without any of its shortcuts that change the mean: a reference. Runs in a Blender of its own.
+"""Renders a reference by Cycles, without the shortcuts that change its mean. Runs in a Blender of its own.
 
 blender -b --factory-startup --python cycles_reference.py -- SCENE.blend SCENE SAMPLES OUT.exr
 
-It ends when its stdin does.
+The script ends when its stdin does.
 """
 
 import sys
@@ -17,8 +17,8 @@ from neutral import CYCLES, apply, first_layer, neutral
 
 
 def prepare(scene: bpy.types.Scene, spp: int) -> None:
-    """Set a scene to be rendered by Cycles as it would converge to, at this frame and in this size, cropped to the render region."""
-    scene.animation_data_clear()  # which may move settings, the number of samples among them; it stands at its frame already
+    """Set a scene to converge under Cycles to its unbiased image: this frame, this size, cropped to the render region."""
+    scene.animation_data_clear()  # or it would set `samples` and others again; the scene is at its frame already
     neutral(scene)
     apply(CYCLES, scene.cycles)
     scene.cycles.samples = spp
@@ -44,4 +44,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]))
+    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :]))

@@ -1,4 +1,4 @@
-"""The render engine RL Guided: what Blender calls on F12, and the only place that sees a depsgraph in render mode."""
+"""The render engine RL Guided, which Blender calls on F12."""
 
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,15 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import Render
 
-from . import coverage, worker_client
 from . import installation as environment
+from . import worker_client
+from .coverage import tell
 from .export.coverage import in_blender
 from .export.motion import FrameSet
 from .export.scene import export
-from .export.stop import Stop, Stopped
-from .export.text import read_names
+from .export.stop import Stop
+from .exporter import Exporter
+from .panel import ENGINE
 from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
@@ -41,40 +43,16 @@ PASSES = {
 NOISY = ("RGBA", "COLOR")  # the pass "Noisy Image", where the image is denoised
 
 
-class Exporter(bpy.types.RenderEngine):
-    """What every engine of the add-on does, itself never registered: export the scene and hand it to `deliver`."""
-
-    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
-        try:
-            with read_names():
-                self.work(depsgraph)
-        except (InputError, OSError) as error:  # OSError: the temporary folder
-            self.report({"ERROR"}, str(error))  # unlike error_set, this fails the operator, too
-        except Stopped:
-            pass
-        except Exception as error:  # which Blender prints, and would then show a black picture
-            self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {' '.join(str(error).split())}")
-            raise
-
-    def work(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Do all that a render takes. InputError ends it, and Blender shows its line."""
-        self.deliver(export(depsgraph, self.frame_set))
-
-    def deliver(self, scene: SceneData) -> None:
-        """Do with the scene what the engine is for. InputError as in `work`."""
-        raise NotImplementedError
-
-
 class RLGuided(Exporter):
-    """The engine of the user's menu: renders in a process of its own and shows the image as it grows."""
+    """The engine in the user's menu: renders in a process of its own, and shows the image as it grows."""
 
-    bl_idname = "RL_GUIDED"
+    bl_idname = ENGINE
     bl_label = "RL Guided"
-    bl_use_eevee_viewport = True  # Material Preview; for pictures of materials Blender itself takes EEVEE
-    bl_use_shading_nodes_custom = False  # materials are made of the nodes of Cycles
+    bl_use_eevee_viewport = True  # in Material Preview; Blender renders previews of materials by EEVEE anyway
+    bl_use_shading_nodes_custom = False  # materials have Cycles' nodes
 
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
-        """What the compositor can connect to."""
+        """Tell the compositor which passes there are."""
         for name, (channels, kind) in _passes(read(scene.rl_guiding, Render)).items():
             self.register_pass(scene, view_layer, name, len(channels), channels, kind)
 
@@ -94,11 +72,11 @@ class RLGuided(Exporter):
             self._follow(worker, frames, scene.camera.width, scene.camera.height, depsgraph.view_layer.name)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Nothing: there is no image in the viewport."""
+        """Do nothing: there is no image in the viewport."""
 
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Say so where it would be."""
-        import blf  # which the bpy module has only once it is imported itself
+        """Write in the image's place that there is none."""
+        import blf  # importable only after bpy, where bpy is a module
 
         scale = context.preferences.system.ui_scale
         blf.size(0, 14 * scale)
@@ -108,7 +86,7 @@ class RLGuided(Exporter):
             blf.draw(0, text)
 
     def _follow(self, worker: worker_client.Worker, frames: Path, width: int, height: int, layer: str) -> None:
-        """Show what the renderer tells until it is done, or the user has enough; its last note beside how far it is."""
+        """Show the renderer's events until it is done or the user stops it; the last note stays beside the progress."""
         note = ""
         while not self.test_break():
             event = worker.event(LOOK)
@@ -127,7 +105,7 @@ class RLGuided(Exporter):
         worker.end()
 
     def _show(self, frames: Path, width: int, height: int, layer: str) -> None:
-        """Take over every pass that there is by now."""
+        """Show every pass that has been written so far."""
         result = self.begin_result(0, 0, width, height, layer=layer)
         for target in result.layers[0].passes:
             if (path := frames / f"{target.name}.npy").exists():
@@ -136,19 +114,19 @@ class RLGuided(Exporter):
 
 
 def _told(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop) -> SceneData:
-    """The scene; what of it cannot be rendered as it is goes to the coverage list."""
+    """Export the scene, and tell the coverage list its losses."""
     try:
         scene = export(depsgraph, frame_set, stop)
     except InputError as error:
-        coverage.tell(depsgraph.scene.name, (), str(error))
+        tell(depsgraph.scene.name, (), str(error))
         raise
     lamps = left_to_chance(scene, depsgraph.scene.rl_guiding.nee)
-    coverage.tell(depsgraph.scene.name, (*in_blender(scene.coverage), *lamps))
+    tell(depsgraph.scene.name, (*in_blender(scene.coverage), *lamps))
     return scene
 
 
 def status_line(event: dict[str, Any]) -> str:
-    """What Blender shows beside its own "Frame, Time": samples, what is learnt, and the time that is left."""
+    """The text beside Blender's own "Frame, Time": samples, steps and loss of learning, time left."""
     parts = [f"Sample {event['samples']}/{event['of']}"]
     learning = event["learning"]
     parts += [f"{learning['steps']} steps"] if "steps" in learning else []
@@ -164,7 +142,7 @@ def _passes(settings: Render) -> dict[str, tuple[str, str]]:
 
 
 def machine(render: bpy.types.RenderSettings) -> dict[str, int]:
-    """Blender's own number of threads, if the user has fixed it."""
+    """Blender's number of threads, if the user has fixed it."""
     return {"threads": render.threads} if render.threads_mode == "FIXED" else {}
 
 

@@ -3,9 +3,9 @@
     python addon/headless.py SCENE.blend OUT.npz [--strict] [--view JSON] [--frames]
     blender -b --factory-startup --python addon/headless.py -- SCENE.blend OUT.npz [...]
 
-Prints one line of JSON: {"ok": path, "coverage": [...]} or {"error": "one line"}, and ends with status 0 or 1. With --frames it
-begins with {"ok": path, "source": key}. Then it reads the numbers of frames from stdin, line by line, and writes and answers each.
-Scripts inside the .blend do not run, and neither the file nor the user's preferences are changed.
+Prints one line of JSON, {"ok": path, "coverage": [...]} or {"error": "one line"}, and ends with status 0 or 1. With --frames the
+first line is {"ok": path, "source": key}; then each line of stdin is the number of a frame, and each frame is answered by a line.
+Scripts inside the .blend do not run. The file and the user's preferences stay as they are.
 """
 
 import argparse
@@ -19,13 +19,11 @@ from typing import Any, NoReturn
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import addon
-from addon.capture import exporting
-from addon.export.coverage import summary
+from addon.capture import exported, exporting, write
 from addon.export.text import read_names
 from addon.lifeline import hold
 from addon.views import opened, source_key
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, View
@@ -33,29 +31,26 @@ from blender_rl_guiding.scene.view import AUTO, View
 
 @read_names()
 def _export(options: argparse.Namespace) -> dict[str, Any]:
-    """Write the one bundle that was asked for."""
-    with exporting(opened(options.blend, options.view)) as exported:
-        return _written(options, viewed(exported(), options.view))
+    """Write one bundle."""
+    return _written(options, exported(opened(options.blend, options.view), options.view))
 
 
 @read_names()
 def _export_frames(options: argparse.Namespace, wanted: "queue.Queue[bytes]") -> NoReturn:
-    """Write bundles as long as frames are asked for. The camera that frames all stands where it does at the frame of the view."""
+    """Write a bundle for each frame that is wanted. With --camera auto all have the camera of the view's own frame."""
     scene = opened(options.blend, options.view)
     _tell({"ok": str(options.bundle), "source": source_key(options.blend, options.view)})
-    with exporting(scene) as exported:
-        camera = viewed(exported(), options.view).camera if options.view.camera == AUTO else None
+    with exporting(scene) as export:
+        camera = viewed(export(), options.view).camera if options.view.camera == AUTO else None
         while True:
             scene.frame_set(int(wanted.get()))
-            data = exported()
+            data = export()
             _tell(_written(options, replace(data, camera=camera) if camera else data))
 
 
 def _written(options: argparse.Namespace, scene: SceneData) -> dict[str, Any]:
-    """Write a bundle; returns what to tell about it."""
-    if options.strict and scene.coverage:
-        raise InputError(f"{options.blend.name}: {summary(scene.coverage)}")
-    save(scene, options.bundle)
+    """Write a bundle; returns the answer."""
+    write(scene, options.bundle, options.blend, strict=options.strict)
     return {"ok": str(options.bundle), "coverage": [asdict(loss) for loss in scene.coverage]}
 
 
@@ -69,8 +64,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("blend", type=Path)
     parser.add_argument("bundle", type=Path)
     parser.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
-    parser.add_argument("--view", type=View.from_json, default=View(), help="what of the file to take, as JSON")
-    parser.add_argument("--frames", action="store_true", help="export the frames whose numbers come on stdin, until that ends")
+    parser.add_argument("--view", type=View.from_json, default=View(), help="scene, frame, camera and size, as JSON")
+    parser.add_argument("--frames", action="store_true", help="export the frames whose numbers come on stdin, until stdin ends")
     parser.add_argument("--held", action="store_true", help="end when stdin does")
     options = parser.parse_args(arguments)
     wanted: queue.Queue[bytes] = queue.Queue()

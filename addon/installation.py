@@ -1,6 +1,6 @@
-"""The renderer's Python environment as the add-on sees it: which Python, and whether it has all that rendering needs.
+"""The renderer's Python environment, seen from Blender: which Python it is, and which libraries it lacks.
 
-Nothing is ever installed from here: whatever is missing is named, with the command that mends it.
+Nothing is installed from here. Each missing part is named, with the command that mends it.
 """
 
 import re
@@ -23,10 +23,7 @@ PATIENCE = 120.0  # seconds; a cold disk may need one minute for torch
 
 
 def python() -> Path:
-    """The Python of the renderer's environment: the chosen one, or else the one that was set up last.
-
-    InputError says what to do where there is none.
-    """
+    """The Python that the user chose, or else the one that was set up last. InputError, with a way out, where there is none."""
     if chosen := _preference():
         if not chosen.is_file():
             raise InputError(f"the renderer's Python is not at {chosen}: {CHOOSE}")
@@ -40,14 +37,14 @@ def python() -> Path:
 
 
 def _preference() -> Path | None:
-    """What the user chose, if anything. There are no preferences where the add-on runs from the source tree."""
+    """The user's choice, if any. Run from the source tree, the add-on has no preferences."""
     entry = bpy.context.preferences.addons.get(__package__)
     chosen = entry.preferences.python if entry and entry.preferences else ""
     return Path(bpy.path.abspath(chosen)).expanduser() if chosen else None
 
 
 def check() -> list[Part]:
-    """The parts of the environment, the faulty ones with a `problem`. Takes about three seconds, see `Check` for not waiting."""
+    """The parts of the environment, faulty ones with a `problem`. Takes about three seconds; `Check` does not wait."""
     return Check().parts()
 
 
@@ -65,7 +62,7 @@ class Check:
             return
         file = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115  # as long as the child
         self._said = self._ends.enter_context(file)
-        # Isolated: neither the folder Blender was started in nor variables meant for another Python may change what is imported.
+        # Isolated (-I): neither the current folder nor variables for another Python may change the imports.
         command = [str(self._python), "-I", "-m", f"{PACKAGE}.environment", __version__]
         try:
             self._child = self._ends.enter_context(running(command, self._said.fileno()))
@@ -74,11 +71,11 @@ class Check:
             self._ends.close()
 
     def done(self) -> bool:
-        """Whether `parts` would not have to wait."""
+        """Whether `parts` returns at once."""
         return self._child is None or self._child.ended(0.0) or time.monotonic() > self._end
 
     def parts(self) -> list[Part]:
-        """What the environment has; waits for it, at most until `PATIENCE` seconds after the start."""
+        """The parts; waits for them, at most until `PATIENCE` seconds after the start."""
         if self._child:
             if not self._child.ended(max(0.0, self._end - time.monotonic())):
                 self._child.process.kill()
@@ -89,16 +86,16 @@ class Check:
         return self._parts
 
     def stop(self) -> None:
-        """End it, whatever it was doing."""
+        """End the child and forget it."""
         self._ends.close()
         self._child = None
 
 
 def _read(said: str, complained: str, status: int, python: Path) -> list[Part]:
-    """The parts that the child names, or one that says how it failed."""
+    """The parts that the child has named, or one part that says how it failed."""
     for line in said.splitlines():
         if line.startswith("[{"):
-            # An environment of another version may know other fields; it must still be able to say so.
+            # An environment of another version may know other fields: `loose` lets it say which version it is.
             with suppress(MalformedError):
                 return list(read(tuple[Part, ...], parse(line), "the environment", loose=True))
     last = (complained or "it said nothing").splitlines()[-1]

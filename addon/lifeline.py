@@ -1,6 +1,6 @@
 """Ends a Blender with its parent: its stdin is a pipe that only the parent can write to.
 
-However the parent ends, the system closes the pipe. This file stands alone, in a Blender without the add-on.
+The system closes the pipe however the parent ends. This file imports nothing of the add-on: scripts use it in a Blender without it.
 """
 
 import os
@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 
 def hold(heard: Callable[[bytes], object] | None = None) -> None:
-    """Have this process end, whatever it is doing, when its stdin does. Lines from there go to `heard`, in another thread."""
+    """End this process when its stdin ends, whatever it is doing. `heard` gets each line of stdin, in another thread."""
 
     def listen() -> None:
         try:
@@ -19,7 +19,7 @@ def hold(heard: Callable[[bytes], object] | None = None) -> None:
                     if heard:
                         heard(line)
             print("its stdin ended: who started it is gone", file=sys.stderr, flush=True)
-        finally:  # even where there is no stdin, or no stderr any more
-            os._exit(1)  # nobody waits for what it does
+        finally:  # even without a stdin, or without a stderr by now
+            os._exit(1)  # nobody waits for its work
 
     threading.Thread(target=listen, daemon=True).start()

@@ -1,22 +1,22 @@
-"""Render settings that change the picture, crash Blender, or write files; and what each is set to instead.
+"""Render settings that change the picture, crash Blender or write files; and the value that makes each of them neutral.
 
 | door                             | from here                     | what it keeps on purpose                                              |
 |----------------------------------|-------------------------------|-----------------------------------------------------------------------|
 | headless.py, capture.py: export  | `neutral`                     | frame, camera, size, render region, film, bounces, Simplify, and      |
-|                                  |                               | motion blur, of which it lists what it leaves out                     |
+|                                  |                               | motion blur, whose losses it lists                                    |
 | cycles_reference.py              | `neutral`, `CYCLES`, crop     | the same, so that it is of the same pixels; no motion blur            |
 | comparison/slots.py: shows images| `PIPELINE`, taken back after  | all else: it is the user's scene                                      |
 | cycles_pictures.py               | nothing: a scene of its own   | a world of the user's file                                            |
 | F12                              | nothing: it is as asked for   | everything                                                            |
 
-It also stands alone, in a Blender without the add-on. Names that a version of Blender does not have are skipped.
+This file imports nothing of the add-on: scripts use it in a Blender without it. Names that a version of Blender lacks are skipped.
 """
 
 from typing import Any
 
 import bpy
 
-# What Blender does around a render, whoever the engine is: scene.render.
+# scene.render: done by Blender around the render of any engine.
 PIPELINE: dict[str, Any] = {
     "use_freestyle": False,  # lines over the image; crashes Blender 5.2 with an engine that gives no image, or a scene that is a copy
     "use_compositing": False,  # another image; its File Outputs write files
@@ -26,7 +26,7 @@ PIPELINE: dict[str, Any] = {
     "use_auto_generate_texture_cache": False,  # writes files beside the user's textures
     "use_texture_cache": False,  # textures filtered beforehand
 }
-# What an image is written as: scene.render.image_settings. In this order, for each decides what the next may be.
+# scene.render.image_settings: the format of a file. In this order: each decides which values the next may have.
 _IMAGE: dict[str, Any] = {
     "media_type": "IMAGE",  # a video has a least size
     "file_format": "OPEN_EXR",
@@ -36,7 +36,7 @@ _IMAGE: dict[str, Any] = {
     "views_format": "INDIVIDUAL",
     "color_management": "FOLLOW_SCENE",  # linear, without the display's look
 }
-# What of the scene a view layer shows: each of scene.view_layers.
+# Each of scene.view_layers: the part of the scene that it shows.
 _LAYER: dict[str, Any] = {
     "material_override": None,
     "world_override": None,
@@ -45,7 +45,7 @@ _LAYER: dict[str, Any] = {
     "use_grease_pencil": False,  # drawn over the image by the graphics card
     "samples": 0,  # no number of its own
 }
-# What changes Cycles' mean, or ties its noise to that of other pixels or images: scene.cycles.
+# scene.cycles: changes the mean, or ties the noise of a pixel to that of other pixels or images.
 CYCLES: dict[str, Any] = {
     "use_adaptive_sampling": False,
     "use_denoising": False,
@@ -57,7 +57,7 @@ CYCLES: dict[str, Any] = {
     "light_sampling_threshold": 0.0,
     "use_fast_gi": False,
     "use_guiding": False,
-    "use_pixel_jitter": False,  # for who looks for errors in Cycles: one place in the pixel for all
+    "use_pixel_jitter": False,  # for debugging Cycles: one place in the pixel for all samples
     "auto_scrambling_distance": False,
     "scrambling_distance": 1.0,
     "use_animated_seed": False,
@@ -69,7 +69,7 @@ CYCLES: dict[str, Any] = {
 
 
 def neutral(scene: bpy.types.Scene) -> None:
-    """Make a scene one that renders nothing but itself, into a linear EXR without loss, and writes no other file. There is no way back."""
+    """Have a scene render itself alone, into a lossless linear EXR, and write no other file. There is no way back."""
     apply(PIPELINE, scene.render)
     apply(_IMAGE, scene.render.image_settings)
     for layer in scene.view_layers:
@@ -77,12 +77,12 @@ def neutral(scene: bpy.types.Scene) -> None:
 
 
 def apply(settings: dict[str, Any], owner: Any) -> None:
-    """Set them."""
+    """Set those that this version of Blender has."""
     for name, value in settings.items():
         if name in owner.bl_rna.properties:
             setattr(owner, name, value)
 
 
 def first_layer(scene: bpy.types.Scene) -> str:
-    """The name of the view layer that is taken; empty where none renders."""
+    """The name of the first view layer that renders; empty if none does."""
     return next((layer.name for layer in scene.view_layers if layer.use), "")

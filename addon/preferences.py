@@ -1,6 +1,4 @@
-"""The add-on's preferences: which Python renders, and whether it has all that it needs."""
-
-import textwrap
+"""The add-on's preferences: which Python renders, and which parts it lacks."""
 
 import bpy
 
@@ -8,13 +6,13 @@ from blender_rl_guiding.environment import Part
 from blender_rl_guiding.errors import InputError
 
 from .installation import Check, check, python
+from .text import draw_text
 
 INTERVAL = 0.1  # seconds between two looks at a check under way
-LETTER = 7.0  # pixels of a label's letter, at a scale of 1
 
 
 class RLG_OT_check_environment(bpy.types.Operator):
-    """Has the environment checked, in the background when a button asks for it."""
+    """Checks the environment; for a button in the background."""
 
     bl_idname = "rl_guided.check_environment"
     bl_label = "Check Environment"
@@ -24,13 +22,13 @@ class RLG_OT_check_environment(bpy.types.Operator):
     parts: tuple[Part, ...] = ()  # what the last check found
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if bpy.app.background:  # where timers never fire
+        if bpy.app.background:  # timers never fire there
             return self.execute(context)
         start()
         return {"FINISHED"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Without an event there is nobody to keep waiting: scripts have the answer when the call returns."""
+        """For scripts, which nobody waits for: the answer is there when the call returns."""
         forget()
         type(self).parts = tuple(check())
         faults = [f"{part.name}: {part.problem}" for part in self.parts if part.problem]
@@ -54,7 +52,7 @@ class RLG_OT_copy(bpy.types.Operator):
 
 
 class RLG_preferences(bpy.types.AddonPreferences):
-    """What holds for all files of a user."""
+    """Settings that hold for all files of a user."""
 
     bl_idname = __package__
 
@@ -67,29 +65,28 @@ class RLG_preferences(bpy.types.AddonPreferences):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        width = int(context.region.width / context.preferences.system.ui_scale / LETTER)
         layout.prop(self, "python", placeholder="The one that ./build.sh setup made last")
-        _draw_found(layout, width)
+        _draw_found(layout, context)
         row = layout.row()
         running = RLG_OT_check_environment.running is not None
         row.enabled = not running
         row.operator(RLG_OT_check_environment.bl_idname, text="Checking ..." if running else "Check Environment")
         if RLG_OT_check_environment.parts:
-            _draw_parts(layout.box(), RLG_OT_check_environment.parts, width)
+            _draw_parts(layout.box(), RLG_OT_check_environment.parts, context)
 
 
-def _draw_found(layout: bpy.types.UILayout, width: int) -> None:
+def _draw_found(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     try:
         layout.label(text=f"Renders with {python()}", icon="CONSOLE")
     except InputError as error:
-        _draw_text(layout, str(error), "ERROR", width)
+        draw_text(layout.column(align=True), str(error), context, "ERROR")
 
 
-def _draw_parts(layout: bpy.types.UILayout, parts: tuple[Part, ...], width: int) -> None:
-    """What is wrong first, each with its command, then what is there."""
+def _draw_parts(layout: bpy.types.UILayout, parts: tuple[Part, ...], context: bpy.types.Context) -> None:
+    """Faulty parts first, each with the command that mends it; then the others."""
     for part in parts:
         if part.problem:
-            _draw_text(layout, f"{part.name}: {part.problem}", "ERROR", width)
+            draw_text(layout.column(align=True), f"{part.name}: {part.problem}", context, "ERROR")
             row = layout.row()
             row.label(text=part.command, icon="BLANK1")
             row.operator(RLG_OT_copy.bl_idname, text="", icon="COPYDOWN").text = part.command
@@ -100,14 +97,6 @@ def _draw_parts(layout: bpy.types.UILayout, parts: tuple[Part, ...], width: int)
             flow.label(text=f"{part.name} {part.version}", icon="CHECKMARK")
 
 
-def _draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
-    """Text of any length: labels do not wrap by themselves."""
-    column = layout.column(align=True)
-    column.scale_y = 0.8
-    for number, line in enumerate(textwrap.wrap(text, max(width, 20))):
-        column.label(text=line, icon="BLANK1" if number else icon)
-
-
 def start() -> None:
     """Check in the background; `poll` shows the result."""
     forget()
@@ -116,7 +105,7 @@ def start() -> None:
 
 
 def poll() -> float | None:
-    """Show the result of a check that has ended; gives the seconds until the next look."""
+    """Show the result of a check that has ended; returns the seconds until the next look, or None."""
     running = RLG_OT_check_environment.running
     if running and not running.done():
         return INTERVAL
@@ -128,7 +117,7 @@ def poll() -> float | None:
 
 
 def forget() -> None:
-    """End a check under way and forget the last one's result."""
+    """End the check under way, and forget the last result."""
     if bpy.app.timers.is_registered(poll):
         bpy.app.timers.unregister(poll)
     if RLG_OT_check_environment.running:

@@ -1,6 +1,6 @@
-"""Settings in a file from another version of the add-on: what this one does not know, or does not allow, becomes what it does.
+"""Repairs settings of a file from another version of the add-on: unknown choices and numbers beyond their limits.
 
-Blender itself drops unknown properties, but keeps menus at items that are gone and numbers beyond their limits.
+Blender itself drops unknown properties alone.
 """
 
 from collections.abc import Iterator
@@ -14,14 +14,14 @@ from blender_rl_guiding.strings import say
 
 
 def repair(group: bpy.types.PropertyGroup, config: type[Settings]) -> Iterator[str]:
-    """Bring unknown choices back to their defaults and numbers to their limits; yields what was changed, as "name is now value"."""
+    """Set unknown choices to their defaults, numbers to the nearest limit; yields a line, "name is now value", for each change."""
     for entry in entries(config):
         old = getattr(group, entry.name)
         if entry.type is not bool and group.is_property_set(entry.name):
             if old == "":
                 group.property_unset(entry.name)
             else:
-                setattr(group, entry.name, old)  # which keeps to the limits
+                setattr(group, entry.name, old)  # Blender clamps it
             new = getattr(group, entry.name)
             if new != old:
                 yield f"{config.kind}.{entry.name} is now {new}"
@@ -31,7 +31,7 @@ def repair(group: bpy.types.PropertyGroup, config: type[Settings]) -> Iterator[s
 
 @bpy.app.handlers.persistent
 def repair_all(*_: Any) -> None:
-    """Repair every scene of the open file, and say on the console what was not as this version has it."""
+    """Repair every scene of the open file; print a line for each change."""
     for scene in bpy.data.scenes:
         if scene.library is None:
             for change in repair(scene.rl_guiding, Render):

@@ -13,16 +13,16 @@ from blender_rl_guiding.scene.view import AUTO, View
 
 
 def opened(blend: Path, view: View) -> bpy.types.Scene:
-    """The scene of a file that is to be rendered. Scripts inside of it do not run. InputError names what the file has instead."""
+    """The scene of a file at a view. Scripts in the file do not run. InputError where the file lacks something: names what it has."""
     try:
         bpy.ops.wm.open_mainfile(filepath=str(blend.absolute()), load_ui=False, use_scripts=False)
     except RuntimeError as error:
         reason = " ".join(str(error).split()).rpartition(": ")[2]
         raise InputError(f"Blender cannot open {blend}, it may be damaged: {reason}") from error
     scene = _scene(blend, view.scene) if view.scene else bpy.context.scene
-    bpy.context.window.scene = scene  # a render of another takes its objects as they are at this one's frame
+    bpy.context.window.scene = scene  # or its objects would be rendered as they are at another scene's frame
     if view.frame is not None:
-        scene.frame_set(view.frame)  # which lets a marker switch the camera, too
+        scene.frame_set(view.frame)  # a marker may switch the camera
     _set_size(scene.render, view)
     _set_camera(blend, scene, view.camera)
     return scene
@@ -44,10 +44,10 @@ def _set_size(render: bpy.types.RenderSettings, view: View) -> None:
 
 def _set_camera(blend: Path, scene: bpy.types.Scene, name: str | None) -> None:
     cameras = [thing for thing in scene.objects if thing.type == "CAMERA"]
-    if name == AUTO:  # which a plain camera holds the place of, until all that it is to see has been read
+    if name == AUTO:  # a plain camera stands in until the scene has been read: `framing` then places it
         chosen = [bpy.data.objects.new(AUTO, bpy.data.cameras.new(AUTO))]
-        scene.render.use_border = False  # it was drawn in another camera's picture
-        if hasattr(scene, "cycles"):  # or Simplify would leave out what the placeholder does not see
+        scene.render.use_border = False  # the region belongs to another camera's picture
+        if hasattr(scene, "cycles"):  # or Simplify would cull by the stand-in
             scene.cycles.use_camera_cull = scene.cycles.use_distance_cull = False
     elif name:
         chosen = [thing for thing in cameras if thing.name == name]
@@ -59,7 +59,7 @@ def _set_camera(blend: Path, scene: bpy.types.Scene, name: str | None) -> None:
         others = f", --camera NAME takes one of {_listed(cameras)}" if cameras else ""
         raise InputError(f"{blend.name}: scene '{scene.name}' has no camera: --camera {AUTO} frames all that renders{others}")
     for marker in scene.timeline_markers:
-        marker.camera = None  # or it would take over again at the next frame
+        marker.camera = None  # or it would switch the camera at the next frame
     scene.camera = chosen[0]
 
 
@@ -68,7 +68,7 @@ def _listed(things: list[bpy.types.ID]) -> str:
 
 
 def source_key(blend: Path, view: View) -> str:
-    """What frames of the open file are made of: SHA-256 of the file, of size and date of the files that it refers to, and of the view."""
+    """SHA-256 of the open file, of size and date of each file that it refers to, and of the view: frames with equal keys are equal."""
     digest = hashlib.sha256(f"{view.to_json()} {bpy.app.version_string}".encode())
     with blend.open("rb") as file:
         while chunk := file.read(1 << 20):
@@ -79,7 +79,7 @@ def source_key(blend: Path, view: View) -> str:
 
 
 def _pictures() -> Iterator[Path]:
-    """The files of sequences and of images with tiles, of which `blend_paths` has a pattern or the first."""
+    """The files of sequences and of tiled images: `blend_paths` has one of them or a pattern."""
     for image in bpy.data.images:
         path = Path(bpy.path.abspath(image.filepath, library=image.library))
         name = glob.escape(path.name)

@@ -73,9 +73,9 @@ def forest(blend: str, trees: str, pixels: str) -> Measured:
 def export(blend: str, bundle: str) -> Measured:
     """The export from Blender: meshes read, all of the scene, and the bundle written; in the order in which a user waits for them."""
     bpy = import_module("bpy")
-    from addon.engine import Exporter
     from addon.export.geometry import read_mesh
     from addon.export.scene import export as export_scene
+    from addon.exporter import Exporter
 
     found: Measured = {}
 

@@ -1,7 +1,7 @@
-"""The user's cache: where it is, that nobody else can have put anything there, and what happens where it cannot be written.
+"""The user's cache. It is used only if nobody else can write to it. If we cannot write to it, nothing is kept.
 
-Kernels are machine code that will run, and nothing tells a forged reference image from a rendered one. Standard library only: the
-add-on keeps things, too.
+Kernels are machine code that will run, and a forged reference image looks like a rendered one. Standard library only: the add-on keeps
+things, too.
 """
 
 import os
@@ -20,10 +20,10 @@ _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 def folder(kind: str, *below: str) -> Path | None:
-    """The folder, made if need be, for a kind of what can be made again, "kernels", "references", "skies" or "checkpoints", or one in it.
+    """The folder for a kind of things that can be made again, "kernels", "references", "skies" or "checkpoints", or one below it.
 
-    None, and a line tells why, where there can be none, or others could write to it or to a folder that it lies in. A line tells, too,
-    where we cannot write to it; what it holds can be read all the same.
+    It is made if it is missing. None, and a notice says why, if it cannot be made, or if others can write to it or to a folder above it.
+    If we cannot write to it, a notice says so, but its contents can be read.
     """
     home = _home()
     if not home:
@@ -55,9 +55,9 @@ def _make(path: Path) -> None:
 
 
 def _make_private(own: Path, path: Path) -> None:
-    """Close our folders, from `own` to `path`, to others: earlier versions made them as open as the umask of who called them was.
+    """Take from others the right to write to our folders, from `own` to `path`: earlier versions left it to the umask.
 
-    Kernels that others may have put there are removed, as they would run. The rest is read as what anyone may have made.
+    Kernels that others may have put there are removed, because they would run. All else is read as anyone's work anyway.
     """
     if not hasattr(os, "getuid"):
         return
@@ -70,7 +70,7 @@ def _make_private(own: Path, path: Path) -> None:
 
 
 def _remove(path: Path) -> None:
-    """Moved away first: others may have put there what we cannot remove, and then none of it must be found."""
+    """Move a folder away, then remove it: others may have put files there that we cannot remove, and none must be found again."""
     away = tempfile.mkdtemp(dir=path.parent)
     with suppress(FileNotFoundError):
         path.rename(Path(away, path.name))
@@ -79,7 +79,7 @@ def _remove(path: Path) -> None:
 
 @contextmanager
 def dispensable(path: Path) -> Iterator[None]:
-    """For a block that writes `path` into the cache: where it cannot, a line tells that nothing is kept, and that is all."""
+    """For a block that writes `path` into the cache: if it cannot, a notice says that nothing is kept, and work goes on."""
     try:
         yield
     except InputError as error:
@@ -92,7 +92,7 @@ def _tell_lost(path: Path, error: BaseException) -> None:
 
 def _home() -> Path | None:
     given = os.environ.get("XDG_CACHE_HOME", "")
-    if given and not os.path.isabs(given):  # invalid by the specification: each folder that we were started in could bring its own
+    if given and not os.path.isabs(given):  # invalid by the specification: any folder that we start in could bring its own
         tell(f"XDG_CACHE_HOME is passed over: {given!r} is not an absolute path")
         given = ""
     try:
@@ -103,7 +103,7 @@ def _home() -> Path | None:
 
 
 def _fault(path: Path, last: bool) -> str:
-    """How others can write to a folder, or put another in its place; empty where they cannot. `last` is for the one that is written to."""
+    """How others can write to a folder or replace it, in one line; empty if they cannot. `last`: it is the one that we write to."""
     if not hasattr(os, "getuid"):  # Windows, where a user's folders are the user's
         return ""
     places = list(dict.fromkeys(_open_places(path, last)))
@@ -115,7 +115,7 @@ def _fault(path: Path, last: bool) -> str:
 
 
 def _open_places(path: Path, last: bool) -> Iterator[Path]:
-    """The folders, of those that a path leads through, that are another's or that others can write to."""
+    """The folders on a path, its links followed, that belong to another user or that others can write to."""
     for place in (path, *path.parents):
         found, own = place.lstat(), last and place == path
         if found.st_uid not in (os.getuid(), 0):
@@ -123,4 +123,4 @@ def _open_places(path: Path, last: bool) -> Iterator[Path]:
         elif stat.S_ISLNK(found.st_mode):
             yield from _open_places(place.parent / os.readlink(place), own)
         elif found.st_mode & _OTHERS and (own or not found.st_mode & stat.S_ISVTX):
-            yield place  # elsewhere a sticky bit is enough, as that of /tmp: each removes only what is their own
+            yield place  # above the last, a sticky bit is enough, as on /tmp: users can remove only their own files

@@ -1,4 +1,4 @@
-"""Runs programs that end with the block that needs them, and with this process, however it ends."""
+"""Runs child programs. Each ends with the block that runs it, and with this process, however that ends."""
 
 import signal
 import subprocess
@@ -11,13 +11,13 @@ from .errors import InputError
 
 
 class Child:
-    """A program that runs. It is to end when its stdin does, see `addon/lifeline.py`: the system closes that with this process."""
+    """A running program. It has to end when its stdin does (`addon/lifeline.py`): the system closes that pipe with this process."""
 
     def __init__(self, process: "subprocess.Popen[str]", complaints: IO[str]) -> None:
         self.process, self._complaints = process, complaints
 
     def ended(self, patience: float | None = None) -> bool:
-        """Whether it ends within so many seconds; None waits for it."""
+        """Whether it ends within `patience` seconds; None waits for its end."""
         try:
             self.process.wait(patience)
         except subprocess.TimeoutExpired:
@@ -25,11 +25,11 @@ class Child:
         return True
 
     def fate(self, said: str = "") -> str:
-        """As the function, of a child that has ended: by the last line on stderr, or else of what it said elsewhere."""
+        """The function `fate` for a child that has ended: by its last line on stderr, or if there is none, by that of `said`."""
         return fate(self.process.returncode, self.complaints() or said.strip())
 
     def complaints(self) -> str:
-        """What it has said on stderr."""
+        """Its text on stderr so far."""
         self._complaints.seek(0)
         return self._complaints.read().strip()
 
@@ -43,7 +43,7 @@ def fate(status: int, said: str) -> str:
 
 @contextmanager
 def running(command: list[str], stdout: int = subprocess.DEVNULL) -> Iterator[Child]:
-    """Start a program, and kill it after the block. InputError where it cannot be started."""
+    """Start a program, and kill it after the block. InputError if it cannot be started."""
     pipe = subprocess.PIPE
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:  # a pipe that nobody reads would fill up
         try:

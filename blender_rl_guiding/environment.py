@@ -1,6 +1,6 @@
 """The renderer's Python environment: where it is, and what it lacks.
 
-The add-on imports this file into Blender to find the environment, and runs it by the environment's own Python to have it checked:
+The add-on imports this file into Blender to find the environment. It checks the environment by running this file in its own Python:
 `python -m blender_rl_guiding.environment [VERSION]` prints one line, the JSON list of the parts. Standard library only.
 """
 
@@ -52,7 +52,7 @@ def pointer() -> Path:
 
 
 def announce() -> Path:
-    """Let every Blender of this user find the Python that runs now, and return it. InputError where the file cannot be written."""
+    """Let every Blender of this user find the Python that runs now, and return it. InputError if the file cannot be written."""
     python = Path(sys.executable)  # a virtual environment's is a link that must not be followed
     with atomic(pointer()) as part:
         part.write_text(f"{python}\n", encoding="utf-8")
@@ -60,7 +60,7 @@ def announce() -> Path:
 
 
 def find() -> Path | None:
-    """The Python announced last, which need not be there any more; None where there was none. InputError where the file cannot be read."""
+    """The Python announced last, which may be gone since; None if none was. InputError if the file cannot be read."""
     try:
         text = pointer().read_text(encoding="utf-8").strip()
     except FileNotFoundError:
@@ -71,7 +71,7 @@ def find() -> Path | None:
 
 
 def parts(wanted: str = "") -> Iterator[Part]:
-    """What the Python that runs now has for rendering; `wanted` is the version of this package that the add-on brought."""
+    """All that rendering needs, checked in the Python that runs now; `wanted` is the version of this package that the add-on brought."""
     yield _python()
     yield _package(wanted)
     for name in _required():
@@ -99,16 +99,16 @@ def _required() -> list[str]:
 
 
 def _library(name: str) -> Part:
-    """Missing, or there, or there and broken: those with machine code are loaded, for only that shows whether they fit this computer."""
+    """Check one library: missing, broken or fine. Those with machine code are loaded: only that shows whether they fit this computer."""
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
         return Part(name, "", "not installed", _build("setup"))
     if name in _NATIVE:
-        print(f"loading {name} {version}", file=sys.stderr, flush=True)  # the last words of a process that a library ends
+        print(f"loading {name} {version}", file=sys.stderr, flush=True)  # the last line of a process that a library kills
         try:
             importlib.import_module(_NATIVE[name])
-        except Exception as error:  # noqa: BLE001  # a broken library may raise anything, and what it says is the answer
+        except Exception as error:  # noqa: BLE001  # a broken library may raise anything; its message is the answer
             reason = " ".join(str(error).split()) or type(error).__name__
             return Part(name, version, f"does not load: {reason}", _build("setup", name))
     return Part(name, version)
@@ -121,14 +121,14 @@ def _build(*arguments: str) -> str:
 
 
 def _end_with_stdin() -> None:
-    """A library that hangs as it is loaded must not outlive Blender."""
+    """End this process with its stdin: a library that hangs while it is loaded must not outlive Blender."""
     while os.read(0, 1024):
         pass
     os._exit(1)
 
 
 def main(arguments: list[str]) -> int:
-    """Print the parts as JSON, or with the argument `announce` leave the pointer; gives the exit status."""
+    """Print the parts as JSON, or with the argument `announce` write the file `pointer`. Returns the exit status."""
     if arguments == ["announce"]:
         try:
             print(f"Blender finds this environment through {pointer()}: {announce()}")

@@ -10,7 +10,7 @@ from .strings import printable
 
 
 class InputError(Exception):
-    """Something that the user gave cannot be used; the message is one line that names it, and any terminal can show it."""
+    """Something that the user gave cannot be used. The message is one line that names it, and is safe on any terminal."""
 
     def __init__(self, text: str) -> None:
         super().__init__(printable(text))
@@ -18,10 +18,10 @@ class InputError(Exception):
 
 @contextlib.contextmanager
 def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
-    """Give a temporary name beside `path` to write to; it takes the place of `path` on success and vanishes on failure.
+    """Give a temporary name beside `path` to write to; that file takes the place of `path` on success and vanishes on failure.
 
-    The name keeps the suffix of `path`. What killed processes left in the folder is removed. On success the file survives a loss of
-    power; what is `durable` waits for the disk, and what can be made again need not be. InputError where the file cannot be written.
+    The name keeps the suffix of `path`. Files that killed processes left in the folder are removed. A `durable` file is on the disk when
+    the block ends, and survives a loss of power; files that can be made again need not be. InputError if it cannot be written.
     """
     part = part_of(path)
     try:
@@ -52,9 +52,9 @@ def _to_disk(path: Path) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """InputError where no file could be written below `folder`, which need not exist yet: better told before hours of work than after.
+    """InputError if no file could be written below `folder`, which need not exist yet: to be asked before hours of work.
 
-    Makes nothing, so that a command that fails for another reason leaves nothing behind.
+    Makes nothing: a command that fails for another reason leaves nothing behind.
     """
     nearest = next(place for place in (folder, *folder.absolute().parents) if os.path.exists(place))
     if not os.path.isdir(nearest):
@@ -64,6 +64,6 @@ def check_writable(folder: Path) -> None:
 
 
 def check_inside(folder: Path, path: Path) -> None:
-    """InputError where links lead from `path`, which is below `folder` by its name, out of it: somebody else may have made them."""
+    """InputError if `path`, which is below `folder` by its name, leads out of it by a link: somebody else may have made that."""
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise InputError(f"{path} leads out of {folder}, by a link")

@@ -12,20 +12,20 @@ import tempfile
 import time
 from pathlib import Path
 
-_OLD = 7 * 24 * 3600.0  # seconds after which what another computer, or this one before it was started anew, has left is taken for dead
-_SIGNALS = os.name == "posix"  # elsewhere os.kill ends whatever it is sent to
-# Names that `part_of` and `temporary_folder` give; the latter hides all but those where the system has its temporary files.
+_OLD = 7 * 24 * 3600.0  # seconds after which leftovers count as dead if they are of another computer, or of this one before its last start
+_SIGNALS = os.name == "posix"  # on other systems os.kill ends the process that it asks about
+# Names given by `part_of` and `temporary_folder`. Folders are hidden by a dot, except where the system has its temporary files.
 _FILE = re.compile(r"\..+\.rlg-(\d+)-([0-9a-f]{8})(\.[^.\n]*)?")
 _FOLDER, _HIDDEN = (re.compile(dot + r"rlg-(\d+)-([0-9a-f]{8})-[a-z0-9_]{8}") for dot in ("", r"\."))
 
 
 def part_of(path: Path) -> Path:
-    """The temporary name beside `path` that this process writes to, with the same suffix: .STEM.rlg-PID-COMPUTER.SUFFIX."""
+    """The temporary name beside `path` for this process, with the same suffix: .STEM.rlg-PID-COMPUTER.SUFFIX."""
     return path.with_name(f".{path.stem}.{_own()}{path.suffix}")
 
 
 def temporary_folder(beside: Path | None = None) -> "tempfile.TemporaryDirectory[str]":
-    """A folder, hidden in `beside` or else where the system has temporary files; sweeps there first."""
+    """A temporary folder, hidden in `beside` or, without it, among the system's temporary files; sweeps there first."""
     place = beside or Path(tempfile.gettempdir())
     sweep(place)
     return tempfile.TemporaryDirectory(prefix=f"{'.' if beside else ''}{_own()}-", dir=place)
@@ -42,7 +42,7 @@ def sweep_once(folder: Path) -> None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the temporary files and folders directly in `folder` whose processes are dead; there need be none, nor the folder.
+    """Remove the temporary files and folders of dead processes directly in `folder`, if it exists.
 
     Nothing else is touched, and no link is followed. What cannot be removed stays.
     """
@@ -58,21 +58,21 @@ def sweep(folder: Path) -> None:
 
 
 def _is_dead(process: int, computer: str, entry: os.DirEntry[str]) -> bool:
-    """Processes can be asked only of this computer; what is of another one has to be old."""
+    """This computer knows its own processes; a leftover of another computer has to be old."""
     if computer == _computer() and _SIGNALS:
         return not _is_alive(process)
     return time.time() - entry.stat(follow_symlinks=False).st_mtime > _OLD
 
 
 def _is_alive(process: int) -> bool:
-    """Whether there is a process of that number, be it another one by now: then its predecessor's are swept after that has ended."""
+    """Whether a process has that number. It may be a later one: the leftovers are then swept after that has ended."""
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
         return False
     except PermissionError:
         return True
-    with contextlib.suppress(OSError):  # one that has ended keeps its number until its parent asks, and in a container nobody may ask
+    with contextlib.suppress(OSError):  # one that has ended keeps its number until its parent waits for it; in a container none may do so
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     return True
 
@@ -91,7 +91,7 @@ def _own() -> str:
 
 @functools.cache
 def _computer() -> str:
-    """Eight digits for those whose processes have numbers of one kind: this computer since it was started, and this container on it."""
+    """Eight digits that name one set of process numbers: those of this computer since its start, and of this container on it."""
     told = [platform.node()]
     with contextlib.suppress(OSError):  # only Linux has them
         told = [Path("/proc/sys/kernel/random/boot_id").read_text(), str(os.stat("/proc/self/ns/pid").st_ino)]

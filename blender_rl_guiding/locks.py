@@ -1,4 +1,4 @@
-"""Locks folders of results: one program at a time writes to each, and its name stands there."""
+"""Locks folders of results: one program at a time writes to each, and the lock names it."""
 
 import contextlib
 import fcntl
@@ -14,14 +14,14 @@ from .errors import InputError, check_writable
 from .notices import tell
 
 LOCK = ".lock"  # the file that a folder is locked by
-_TRIES = 100  # to lock a folder that others make, lock and remove at the same time
+_TRIES = 100  # to lock a folder that others make, lock and remove meanwhile
 
 
 @contextlib.contextmanager
 def writing(*folders: Path) -> Iterator[None]:
-    """The folders are there, can be written to, and nobody else who asks here writes to them, for the length of the block.
+    """For the length of the block the folders exist, can be written to, and are locked: nobody else in a block like this writes to them.
 
-    InputError where that is not so; it names who writes to one. What was made and stays empty is removed.
+    InputError if that cannot be; it names the process that holds a lock. Folders made here are removed if they stay empty.
     """
     with contextlib.ExitStack() as stack:
         for folder in folders:
@@ -55,7 +55,7 @@ def _locked(folder: Path) -> int:
             folder.mkdir(parents=True, exist_ok=True)
             lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)  # a link, in a folder of others, could lead anywhere
         except FileNotFoundError:
-            continue  # who made the folder has just removed it
+            continue  # the process that made the folder has just removed it
         except OSError as error:
             raise InputError(f"cannot write to {folder}: {error.strerror or error}") from error
         if _lock(lock, folder) and _is_there(lock, path):
@@ -65,7 +65,7 @@ def _locked(folder: Path) -> int:
 
 
 def _lock(lock: int, folder: Path) -> bool:
-    """InputError where another process holds the lock. Without a lock, which a line tells, where the file system has none."""
+    """Lock the file, or tell by a notice that the file system has no locks. InputError if another process holds the lock."""
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:

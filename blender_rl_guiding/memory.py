@@ -11,7 +11,7 @@ _GROUPS = Path("/sys/fs/cgroup")
 
 
 class _Left(NamedTuple):
-    """Bytes that somebody has left."""
+    """Bytes that the machine or a control group has left."""
 
     memory: int = _UNLIMITED
     swap: int = _UNLIMITED
@@ -24,7 +24,7 @@ def free() -> int:
 
 
 def available() -> int:
-    """Bytes that can be taken at all: the `free` ones, and those of swap. More surely fails."""
+    """Bytes that can be taken at all: the `free` ones and those of swap. Taking more is sure to fail."""
     memory, swap, both = map(min, zip(*_lefts(), strict=True))
     return min(memory + swap, both)
 
@@ -52,7 +52,7 @@ def _of_groups() -> Iterator[_Left]:
     for _, controllers, path in (line.split(":", 2) for line in lines):
         if controllers in ("", "memory"):
             root, left = (_GROUPS / "memory", _of_version_1) if controllers else (_GROUPS, _of_version_2)
-            own = root / path.removeprefix("/")  # in a container that of the host may be told, which is not there; the root is its own then
+            own = root / path.removeprefix("/")  # in a container it may be the host's, which is not there; the root is then its own
             yield from (left(folder) for folder in (own, *own.parents) if folder.is_relative_to(root))
 
 
@@ -70,7 +70,7 @@ def _of_version_2(group: Path) -> _Left:
 
 
 def _given_back(group: Path, *names: str) -> int:
-    """Bytes that the kernel takes back when others need them: pages of files, but not of those in memory (/dev/shm)."""
+    """Bytes that the kernel takes back when others need them: pages of files, except of files in memory (/dev/shm)."""
     try:
         rows = [line.split() for line in (group / "memory.stat").read_text(encoding="ascii").splitlines()]
         return sum(int(count) for name, count in rows if name in names)

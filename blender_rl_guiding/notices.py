@@ -7,7 +7,7 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-_LOG = logging.getLogger("blender_rl_guiding")  # which, with nobody listening, writes to stderr
+_LOG = logging.getLogger("blender_rl_guiding")  # writes to stderr if nobody listens
 _TOLD: set[str] = set()
 
 

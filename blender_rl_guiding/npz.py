@@ -1,4 +1,4 @@
-"""Arrays in .npz files that anyone may have made: sizes are checked before memory is taken, and no objects are unpickled.
+"""Reads arrays from .npz files that anyone may have made: checks sizes before it takes memory, and unpickles no objects.
 
 Needs nothing but numpy, because the add-on reads such files inside Blender's own Python (3.11 or newer).
 """
@@ -19,22 +19,22 @@ from numpy.lib import format as npy
 from .errors import InputError
 from .memory import available, in_words
 
-# What zipfile, numpy and zlib raise where a byte is wrong; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
+# Errors of zipfile, numpy and zlib for a wrong byte; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
 _DAMAGE += (LookupError, RuntimeError, TypeError, ValueError, AssertionError)
 
 
-PARSED = 24  # bytes that Python may make of a byte of text in an array, which has four to a character: "[[],[]]" is the worst
+PARSED = 24  # bytes that Python may make of a byte of text in an array, with four bytes a character: "[[],[]]" is the worst
 MOST_AT_ONCE = 1 << 24  # bytes that are read from a file in one go
 _PACKINGS = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED  # numpy's own; of others Python unpacks without limit
 
 
 class DamagedError(InputError):
-    """A file was read, but is not what it has to be."""
+    """A file was read, but is not of its kind, or is damaged."""
 
 
 class _Sparing(io.FileIO):
-    """A file of which nobody reads much at once: of the list of a zip's members, which is read whole, Python makes ten times as much."""
+    """A file that refuses to be read in large parts: zipfile reads the list of members whole, and makes ten times as much of it."""
 
     def read(self, size: int | None = -1, /) -> Any:
         if size and size > MOST_AT_ONCE:
@@ -43,7 +43,7 @@ class _Sparing(io.FileIO):
 
 
 class Archive:
-    """An open file. Whatever is wrong with it is a ValueError, or another of what `opened` makes an InputError of."""
+    """An open file. Its faults are ValueErrors, or other errors that `opened` turns into InputErrors."""
 
     def __init__(self, file: zipfile.ZipFile) -> None:
         self._file = file
@@ -55,7 +55,7 @@ class Archive:
         return sum(info.file_size for info in self._members.values())
 
     def text(self, name: str) -> str:
-        """An array of one string, which is JSON: its size is that of what it is parsed into."""
+        """An array of one string, which is JSON. InputError if parsing it could take more memory than there is."""
         if (info := self._members.get(f"{name}.npy")) and info.file_size * PARSED > (free := available()):
             raise InputError(f"{name} has {in_words(info.file_size)} of text, which is too much for {in_words(free)} of memory")
         array = self._read(name, lambda dtype, shape: dtype.kind == "U" and shape == ())
@@ -80,7 +80,7 @@ class Archive:
         if info.compress_type not in _PACKINGS:
             raise ValueError(f"{name} is packed in a way that numpy does not use")
         with self._file.open(info) as stream:
-            if npy.read_magic(stream) != (1, 0):  # whose header has 64 kB at most
+            if npy.read_magic(stream) != (1, 0):  # the version whose header has 64 kB at most
                 raise ValueError(f"{name} is of another version of numpy's format")
             shape, transposed, dtype = npy.read_array_header_1_0(stream)
             if dtype.hasobject:
@@ -107,7 +107,7 @@ def _fill(array: np.ndarray, stream: Any, name: str) -> None:
 
 @contextmanager
 def opened(path: Path, what: str) -> Iterator[Archive]:
-    """The file, if it fits into memory. InputError where it does not or cannot be read, DamagedError where it is no `what`."""
+    """The open file. InputError if it cannot be read or does not fit into memory, DamagedError if it is no `what`."""
     try:
         with _Sparing(path) as stream, zipfile.ZipFile(stream) as file:
             archive = Archive(file)

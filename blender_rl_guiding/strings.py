@@ -1,4 +1,4 @@
-"""Text of strangers: the rule for names of files, and what a terminal may show.
+"""Text of strangers: the rule for names of files, and the characters that a terminal may get.
 
 Standard library only: Blender's own Python (3.11 or newer) imports this.
 """
@@ -6,7 +6,7 @@ Standard library only: Blender's own Python (3.11 or newer) imports this.
 import re
 from typing import IO, Annotated
 
-# What a terminal obeys, what turns the order of letters round, what ends a line, and halves of characters.
+# Characters that a terminal obeys, that reverse the order of letters, that end a line, and halves of characters.
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 _UNFIT = re.compile(rf'{_UNSEEN.pattern}|[/\\:*?"<>|]|^$')  # in the name of a file, on one system or another
 LONGEST = 150  # bytes of a name: file systems take 255, and the names of figures and temporary files are longer
@@ -14,7 +14,7 @@ LONGEST_EVER = 255  # bytes of a name that a file system takes
 
 
 def printable(text: str) -> str:
-    """The text in one line that a terminal cannot but show."""
+    """The text in one line, with escapes for characters that a terminal would not simply show."""
     return _UNSEEN.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
@@ -39,11 +39,11 @@ def fit(name: str) -> str:
 
 
 def fault_of_old_name(name: str) -> str:
-    """Why nothing that is there, perhaps by an earlier version, can be called so; empty if it can: then it is shown, and leads nowhere."""
+    """Why no existing file, even of an earlier version, can have this name; empty if one can: it is safe to show, and leads nowhere."""
     if _UNSEEN.search(name) or name in ("", ".", "..") or "/" in name or "\\" in name or len(name.encode()) > LONGEST_EVER:
         return "cannot be the name of a file or folder"
     return ""
 
 
-Name = Annotated[str, fault_of_name]  # for `typed.read`, of what will be written
-OldName = Annotated[str, fault_of_old_name]  # of what was
+Name = Annotated[str, fault_of_name]  # for `typed.read`: of a file that will be written
+OldName = Annotated[str, fault_of_old_name]  # of a file that was

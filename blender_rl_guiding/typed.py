@@ -1,6 +1,6 @@
 """Reads JSON into values of annotated types. All JSON that strangers may have written goes through here.
 
-Standard library only: bundles are written by Blender's own Python (3.11 or newer), which imports this with them.
+Standard library only: Blender's own Python (3.11 or newer) imports this to write bundles.
 """
 
 import json
@@ -42,12 +42,12 @@ class Length:
     count: int
 
 
-WHOLE = Range(-(2**63), 2**63 - 1)  # of whole numbers that have no limits of their own: what arrays can hold
+WHOLE = Range(-(2**63), 2**63 - 1)  # limits of whole numbers that have none of their own: those of arrays
 
 
 LARGEST = 1 << 26  # bytes of a file of JSON
-PARSED = 100  # bytes that Python may make of one: "[[],[]]" is the worst
-DEEPEST = 32  # lists and objects within each other, where anything may stand
+PARSED = 100  # bytes that Python may make of each: "[[],[]]" is the worst
+DEEPEST = 32  # depth of lists and objects within each other, for values of type Any
 
 
 _NUMBER = int | float
@@ -63,7 +63,7 @@ def load(path: Path) -> Any:
 
 
 def opened(path: Path) -> BufferedReader:
-    """A file to read, whoever put it there. OSError where it cannot be opened, or is a pipe or a device: that has no end."""
+    """A file to read, whoever put it there. OSError if it cannot be opened, or is a pipe or a device, which has no end."""
     file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115  # the caller's to close
     if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         return file
@@ -72,7 +72,7 @@ def opened(path: Path) -> BufferedReader:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # or a pipe would be waited for until somebody writes
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # else it waits for a pipe until somebody writes to it
 
 
 def parse(text: str | bytes) -> Any:
@@ -84,12 +84,12 @@ def parse(text: str | bytes) -> Any:
 
 
 def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
-    """A value of the annotated type `kind`, called `name` in errors; MalformedError if it is something else.
+    """The value as the annotated type `kind`, called `name` in errors; MalformedError if it is of another type.
 
-    Kinds are bool, int, float, str, None, Literal, Annotated with a `Range`, a `Length` or a function that says what is wrong with a value,
-    dataclasses as objects, tuples as lists, dict with names of type str, Any, and unions of these, of which JSON's own types choose.
-    With `loose`, fields that have a default may be missing, and names that a dataclass does not have are passed over: the file may be
-    of another version.
+    Kinds are bool, int, float, str, None, Any, Literal, dataclasses (objects in JSON), tuples (lists), dict with names of type str, unions
+    of these, and Annotated with a `Range`, a `Length` or a function that returns a value's fault. The JSON type of the value chooses the
+    member of a union. With `loose`, fields that have a default may be missing, and names that a dataclass lacks are passed over: the file
+    may be of another version.
     """
     if get_origin(kind) is Annotated:
         kind, limits = get_args(kind)
@@ -127,7 +127,7 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
     hints, known = _hints(kind), {f.name: f for f in fields(kind)}
     given = _typed(dict, value, name)
     if unknown := [key for key in given if key not in known and not loose]:
-        raise MalformedError(f"{name} has {shown(unknown[0])}, which is nothing of it")
+        raise MalformedError(f"{name} has {shown(unknown[0])}, which is none of its fields")
     optional = {f.name for f in known.values() if loose and (f.default, f.default_factory) != (MISSING, MISSING)}
     if missing := [key for key in known if key not in given and key not in optional]:
         raise MalformedError(f"{name} lacks {missing[0]!r}")
@@ -136,7 +136,7 @@ def _fields(kind: Any, value: Any, name: str, loose: bool) -> Any:
 
 @cache
 def _hints(kind: type) -> dict[str, Any]:
-    """The types of a dataclass's fields, with what is annotated."""
+    """The types of a dataclass's fields, with their annotations."""
     return get_type_hints(kind, include_extras=True)
 
 
@@ -152,7 +152,7 @@ def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[An
 
 
 def _all_fit(kind: Any, values: Collection[Any]) -> bool:
-    """Whether all are numbers of the kind just as they are: there may be millions, and one by one they take ten microseconds each."""
+    """Whether all are numbers of the kind just as they are. There may be millions, and `read` takes ten microseconds for each."""
     kind, limits = get_args(kind) if get_origin(kind) is Annotated else (kind, None)
     types = set(map(type, values))
     if kind == _NUMBER:
@@ -163,7 +163,7 @@ def _all_fit(kind: Any, values: Collection[Any]) -> bool:
 
 
 def _anything(value: Any, name: str, deep: int) -> Any:
-    """The value as it is, if it can be shown and written again."""
+    """The value as it is. MalformedError if it could not be shown or written again."""
     if not deep:
         raise MalformedError(f"{name} is nested too deeply")
     if isinstance(value, dict):
@@ -174,16 +174,21 @@ def _anything(value: Any, name: str, deep: int) -> Any:
 
 
 def _member(union: Any, value: Any, name: str) -> Any:
-    """The member of a union that what JSON has can be meant for."""
-    wanted = {dict: lambda k: is_dataclass(k) or get_origin(k) is dict, list: lambda k: get_origin(k) is tuple}
+    """The member of a union that fits the JSON type of a value. Its limits are left to `read`."""
     for kind in get_args(union):
-        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind  # the limits are `read`'s to check
-        fits = wanted.get(
-            type(value), lambda k: k is type(value) or (k is float and type(value) is int) or (k is NoneType and value is None)
-        )
-        if fits(bare):
+        bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+        if _fits(bare, value):
             return kind
-    raise MalformedError(f"{name} is {shown(value)}, which it cannot be")
+    raise MalformedError(f"{name} cannot be {shown(value)}")
+
+
+def _fits(kind: Any, value: Any) -> bool:
+    """Whether the JSON type of a value is that of a kind."""
+    if isinstance(value, dict):
+        return is_dataclass(kind) or get_origin(kind) is dict
+    if isinstance(value, list):
+        return get_origin(kind) is tuple
+    return kind is type(value) or (kind is float and type(value) is int)
 
 
 def _typed(kind: Any, value: Any, name: str) -> Any:

@@ -14,13 +14,13 @@ from blender_rl_guiding.errors import InputError, atomic
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "blender_rl_guiding"
-SOURCE_ONLY = {"blender_manifest.toml", "headless.py"}  # the one is filled in, the other runs from the source tree
+SOURCE_ONLY = {"blender_manifest.toml", "headless.py"}  # the first is filled in, the second runs from the source tree
 
 
 def pack(uv: str, folder: Path) -> Path:
-    """Write rl_guided-<version>.zip below `folder`, valid by Blender's own rules; the same sources give the same bytes.
+    """Write rl_guided-<version>.zip into `folder`, valid by Blender's own rules. Equal sources give equal bytes.
 
-    InputError where it cannot be written; CalledProcessError, with what was said on stderr, where uv or Blender's validator refuses.
+    InputError where it cannot be written; CalledProcessError, with its reason on stderr, where uv or Blender's validator refuses.
     """
     archive = folder / f"rl_guided-{__version__}.zip"
     with tempfile.TemporaryDirectory() as work, atomic(archive) as part:
@@ -40,9 +40,9 @@ def _files() -> dict[str, bytes]:
 
 
 def _wheel(uv: str, work: Path) -> Path:
-    """The package as a wheel whose version ends in a hash of its sources.
+    """The package as a wheel; its version ends in a hash of the sources.
 
-    Blender unpacks a wheel only if none of that version is there: a zip built anew between two releases would leave the old code in place.
+    Blender unpacks a wheel only of a version that it lacks: without the hash, a zip between two releases would leave the old code in place.
     """
     source = work / "source"
     shutil.copytree(ROOT / PACKAGE, source / PACKAGE, ignore=shutil.ignore_patterns("__pycache__"))
@@ -64,13 +64,13 @@ def _wheel(uv: str, work: Path) -> Path:
 def _zip(files: dict[str, bytes], path: Path) -> None:
     with zipfile.ZipFile(path, "w") as archive:
         for name in sorted(files):
-            entry = zipfile.ZipInfo(name)  # of 1980, whenever the file was written
+            entry = zipfile.ZipInfo(name)  # dated 1980, for equal bytes
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, files[name], zipfile.ZIP_DEFLATED, 9)
 
 
 def _validate(archive: Path) -> None:
-    """By the bpy module's own scripts, which run without Blender."""
+    """Check the zip by Blender's validator: the bpy module brings it as a script."""
     spec = importlib.util.find_spec("bpy")
     assert spec
     assert spec.origin

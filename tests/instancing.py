@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.data import SceneData, placed
 from blender_rl_guiding.scene.description import VISIBLE
-from blender_rl_guiding.scene.instances import placed
 
 
 def with_instances(scene: SceneData, mesh: SceneData, matrices: Sequence[np.ndarray] | np.ndarray) -> SceneData:

@@ -1,4 +1,4 @@
-"""Progress in the status bar, as Blender shows its own jobs: a bar, and a button that cancels."""
+"""Progress of long work in the status bar: a bar and a button that cancels, as for Blender's own jobs."""
 
 import bpy
 
@@ -6,7 +6,7 @@ from .running import STATE
 
 
 def draw(self: bpy.types.Header, context: bpy.types.Context) -> None:
-    """Added to the status bar's own."""
+    """Draw the work under way behind Blender's own part of the bar."""
     if STATE.work is None:
         return
     row = self.layout.row(align=True)

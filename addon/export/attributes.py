@@ -1,4 +1,4 @@
-"""What shaders read at the corners of triangles: UV maps, coordinates, colours, tangents."""
+"""Corner attributes, which shaders read at the corners of triangles: UV maps, coordinates, colours, tangents."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 from .geometry import Mesh, Triangles, apply, arranged, corner_vertices, loop_triangles, read_array, triangle_faces
 from .tangents import tangents
 
-# How the values of each type of attribute that Cycles reads are called, and how many there are. Colours are linear that way.
+# By the type of an attribute that Cycles reads: the name of its values, and their shape. `color` is linear.
 _TYPES: dict[str, tuple[str, tuple[int, ...]]] = {
     "FLOAT": ("value", ()),
     "INT": ("value", ()),
@@ -24,15 +24,15 @@ _TYPES: dict[str, tuple[str, tuple[int, ...]]] = {
 
 
 class Placed(NamedTuple):
-    """An instance of a mesh, in all its forms."""
+    """An instance of a mesh."""
 
-    key: int  # tells meshes apart
+    key: int  # of the mesh
     data: bpy.types.Mesh
     mesh: Mesh
     triangles: Triangles
     matrix: np.ndarray  # (4, 4) float64, to world space
-    depsgraph: bpy.types.Depsgraph  # where other objects are
-    tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]]  # of meshes and UV maps so far, in the meshes' own space
+    depsgraph: bpy.types.Depsgraph  # has the other objects
+    tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]]  # by key and UV map, those so far; in the space of the mesh
 
 
 class Attributes:
@@ -41,14 +41,14 @@ class Attributes:
     def __init__(self) -> None:
         self._blocks: list[np.ndarray] = [np.zeros((0, 3, 3), np.float32)]
         self._count = 0
-        self._rows: dict[tuple[int, int], int] = {}  # of attribute and owner
-        self._shared: dict[tuple, int] = {}  # of what instances of one mesh have in common
+        self._rows: dict[tuple[int, int], int] = {}  # by attribute and owner
+        self._shared: dict[tuple, int] = {}  # rows that instances of one mesh share
 
     def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> bool:
-        """Attribute `number`, named as in `Resources`; nothing where the mesh has no such thing.
+        """Add attribute `number`, of this key in `Resources`, unless the mesh lacks it.
 
-        `owner` is an object, or ~m for what all instances of mesh m have in common.
-        Returns whether all numbers read are finite; where one is not, 0 is in its place.
+        `owner` is an object, or ~m for all instances of mesh m.
+        Returns whether all numbers are finite; 0 stands in for each that is not.
         """
         name = (placed.key, key, placed.triangles.mirrored)
         shared = placed.triangles.kept is None and not depends_on_place(key)
@@ -69,21 +69,21 @@ class Attributes:
         return faultless
 
     def arrays(self, attributes: int, objects: int, meshes: int, instances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What `SceneData` calls attributes and attribute_rows; `objects` are those that are no instances."""
+        """`attributes` and `attribute_rows` of `SceneData`; `objects` counts those that are no instances."""
         rows = np.full((attributes, objects + meshes), -1, np.int64)
         for place, row in self._rows.items():
-            rows[place] = row  # those of meshes count from the end
+            rows[place] = row  # ~m counts from the end
         return np.concatenate(self._blocks), np.concatenate([rows[:, :objects], rows[:, ~instances]], axis=1)
 
 
 def read(key: tuple[str, str], placed: Placed) -> np.ndarray | None:
-    """(T, 3, 3) float32 at the corners of the triangles of the mesh, as it keeps them; None if it has no such thing."""
+    """(T, 3, 3) float32 at the corners of the triangles of `placed.mesh`; None if it lacks the attribute."""
     kind, name = key
     return _READERS[kind](placed, name)
 
 
 def depends_on_place(key: tuple[str, str]) -> bool:
-    """Whether instances of one mesh have different values."""
+    """Whether instances of one mesh differ."""
     kind, name = key
     return kind == "OBJECT" and name != ""
 
@@ -95,7 +95,7 @@ def _uv(placed: Placed, name: str) -> np.ndarray | None:
 
 
 def _generated(placed: Placed, name: str) -> np.ndarray:
-    """0 to 1 across the box that the mesh would fill without deformations, or the one that the user has set in its place."""
+    """0 to 1 across the box of the undeformed mesh, or the texture space that the user has set."""
     mesh = placed.data
     points = read_array(mesh.vertices, "undeformed_co", (3,), np.float32)
     size = np.array(mesh.texspace_size)
@@ -115,7 +115,7 @@ def _object(placed: Placed, name: str) -> np.ndarray | None:
 
 
 def _radial(placed: Placed, name: str) -> np.ndarray:
-    """Around an axis through the middle of the texture space, and around y the other way, as in Cycles."""
+    """axis x (generated - 1/2); as in Cycles, the axis of Y is -y."""
     axis = np.diag((1.0, -1.0, 1.0))["XYZ".index(name)]
     return np.cross(axis.astype(np.float32), _generated(placed, "") - np.float32(0.5))
 
@@ -170,12 +170,12 @@ def _tangents(placed: Placed, name: str) -> tuple[np.ndarray, np.ndarray] | None
 
 
 def _vertices(mesh: bpy.types.Mesh) -> np.ndarray:
-    """(T, 3), the vertices of the triangles, in the numbers of Blender: `Mesh.corners` leaves out loose ones."""
+    """(T, 3), indices of Blender's vertices: `Mesh.corners` counts without loose ones."""
     return corner_vertices(mesh)[loop_triangles(mesh)]
 
 
 def _at_corners(mesh: bpy.types.Mesh, name: str, form: Callable[[np.ndarray], np.ndarray]) -> np.ndarray | None:
-    """(T, 3, 3), an attribute in one of the forms below; the name "" is the colour attribute for rendering."""
+    """(T, 3, 3), an attribute as `_triples` or `_alphas`; the name "" is the colour attribute for rendering."""
     attribute = mesh.attributes.get(name or mesh.attributes.default_color_name or "")
     numbers = _numbers(attribute) if attribute else None
     if attribute is None or numbers is None:
@@ -189,7 +189,7 @@ def _at_corners(mesh: bpy.types.Mesh, name: str, form: Callable[[np.ndarray], np
 
 
 def _numbers(attribute: bpy.types.Attribute) -> np.ndarray | None:
-    """(N, n) float32; None for a type that Cycles does not read."""
+    """(N, n) float32; None where Cycles does not read the type."""
     if attribute.data_type not in _TYPES:
         return None
     field, shape = _TYPES[attribute.data_type]
@@ -197,7 +197,7 @@ def _numbers(attribute: bpy.types.Attribute) -> np.ndarray | None:
 
 
 def colors_of(attribute: bpy.types.Attribute) -> np.ndarray | None:
-    """(N, 4) float32, linear RGBA as of ATTRIBUTE and ATTRIBUTE_ALPHA; None for a type that Cycles does not read."""
+    """(N, 4) float32, linear RGBA, from ATTRIBUTE and ATTRIBUTE_ALPHA; None where Cycles does not read the type."""
     numbers = _numbers(attribute)
     return None if numbers is None else np.concatenate([_triples(numbers), _alphas(numbers)[:, :1]], axis=1)
 
@@ -215,7 +215,7 @@ def _alphas(values: np.ndarray) -> np.ndarray:
 
 
 def _of_vertices(mesh: bpy.types.Mesh, values: np.ndarray) -> np.ndarray:
-    """The means of what the edges of each vertex have."""
+    """For each vertex the mean over its edges."""
     ends = read_array(mesh.attributes[".edge_verts"].data, "value", (2,), np.int32).ravel()
     counts = np.bincount(ends, minlength=len(mesh.vertices))
     sums = [np.bincount(ends, np.repeat(column, 2), len(mesh.vertices)) for column in values.T]

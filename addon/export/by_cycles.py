@@ -1,4 +1,4 @@
-"""Pictures of what only Cycles can compute, by a Blender of its own: no render can begin within another one."""
+"""Has a Blender of its own make pictures by Cycles: no render can begin within another one."""
 
 import json
 import time
@@ -17,16 +17,16 @@ from ..another_blender import command
 from .stop import Stop, Stopped, never
 
 SCRIPT = Path(__file__).resolve().parents[1] / "cycles_pictures.py"
-# What is raised where a file of arrays is not one, or another.
+# Raised by `read` where the file is no file of arrays, or of others.
 DAMAGE = (OSError, zipfile.BadZipFile, zlib.error, EOFError, LookupError, ValueError, NotImplementedError)
 _PATIENCE = 120.0  # seconds; one or two are enough where the machine has nothing else to do
-_LOOK = 0.1  # seconds between two looks at whether the user wants to wait
+_LOOK = 0.1  # seconds between two questions whether to stop
 
 
 def render(job: dict[str, Any], path: Path, stop: Stop = never, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Have the pictures of a job (see the script) written to a file, and read them. InputError says in one line why there are none.
+    """Have the pictures of a job (see the script) written to a file, and read them. InputError where there are none.
 
-    Stopped where the user does not want to wait.
+    Stopped where the user has enough.
     """
     with temporary_folder() as folder:
         written = Path(folder, "job.json")
@@ -39,7 +39,7 @@ def render(job: dict[str, Any], path: Path, stop: Stop = never, **shapes: tuple[
 
 
 def read(path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Arrays of float32 by name. `DAMAGE` where they are not there in these shapes, and finite."""
+    """Arrays by name. `DAMAGE` unless they are all there: float32, finite, of these shapes."""
     with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
         arrays = {name: file[name] for name in shapes}
     for name, array in arrays.items():
@@ -62,7 +62,7 @@ def _run(arguments: list[str], stop: Stop) -> None:
 
 
 def _wait(child: Child, stop: Stop) -> None:
-    """InputError where it takes too long."""
+    """Wait for the end of a child. InputError where it takes too long."""
     end = time.monotonic() + _PATIENCE
     while not child.ended(_LOOK):
         if stop():

@@ -16,7 +16,7 @@ _NEAREST_FOCUS = 1e-6  # metres; a lens that is sharp at itself has no direction
 
 
 def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple[Camera, list[Loss]]:
-    """Follows sensor fit, shift, pixel aspect, resolution and render region as Cycles does; `whole` is without the region.
+    """The camera, with Cycles' rules for sensor fit, shift, pixel aspect, resolution and render region; `whole` leaves out the region.
 
     InputError without a camera.
     """
@@ -44,26 +44,26 @@ def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple
 
 
 def _kind(data: bpy.types.Camera) -> CameraKind:
-    """A perspective stands in for what there is no other kind for: fisheyes, cylinders, cameras written in OSL."""
+    """The kind of a camera; perspective for those that are not supported: fisheyes, cylinders, OSL."""
     if data.type == "PANO" and _panorama(data).panorama_type != "EQUIRECTANGULAR":
         return "perspective"
     return _KINDS.get(data.type, "perspective")
 
 
 def _panorama(data: bpy.types.Camera):
-    """Who has a camera's panorama settings: before Blender 5.0 they were Cycles' own."""
+    """The owner of a camera's panorama settings, which were Cycles' before Blender 5.0."""
     return data if hasattr(data, "panorama_type") else data.cycles
 
 
 def _window(data: bpy.types.Camera, kind: str, width: float, height: float) -> tuple[float, float, float, float]:
-    """What `Camera.window` is of the whole frame. With AUTO the sensor's width spans the longer side of the image."""
+    """`Camera.window` of the whole frame. With AUTO the sensor's width spans the longer side of the image."""
     if kind == "panorama":
         return _sphere_window(data)
     across = data.sensor_fit == "HORIZONTAL" or (data.sensor_fit == "AUTO" and width > height)
     sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
-    span = data.ortho_scale if kind == "orthographic" else sensor / data.lens  # of the side that the sensor is fitted to
+    span = data.ortho_scale if kind == "orthographic" else sensor / data.lens  # of the side that fits the sensor
     x, y = (span / 2, span / 2 * height / width) if across else (span / 2 * width / height, span / 2)
-    right, up = data.shift_x * span, data.shift_y * span  # both in units of the same side
+    right, up = data.shift_x * span, data.shift_y * span  # both in units of that side
     return right - x, right + x, up - y, up + y
 
 
@@ -105,7 +105,7 @@ def _lens(thing: bpy.types.Object, kind: str, depsgraph: bpy.types.Depsgraph) ->
 
 
 def _focus(thing: bpy.types.Object, dof: bpy.types.CameraDOFSettings, depsgraph: bpy.types.Depsgraph) -> float:
-    """Distance of the plane in focus: with a focus object, the one that its origin, or that of one of its bones, lies in."""
+    """Distance of the plane in focus. A focus object has it go through its origin, or through that of its bone."""
     if not dof.focus_object:
         return dof.focus_distance
     target = dof.focus_object.evaluated_get(depsgraph)

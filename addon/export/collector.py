@@ -1,4 +1,4 @@
-"""Collects what instances bring to a scene: triangles, shaders, lamps."""
+"""Collects the triangles, shaders and lamps of all instances of a depsgraph."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -27,13 +27,13 @@ from .visibility import visibility
 
 
 class Collector:
-    """Grows the scene instance by instance; each mesh and each material is read once.
+    """Grows instance by instance; reads each mesh and each material once.
 
-    Meshes of the uses in `repeated` are kept once where they can be, all others are placed in the world each time.
+    A mesh with a use in `repeated` is kept once if it can be; of the others each instance has triangles in the world.
     """
 
     def __init__(self, depsgraph: bpy.types.Depsgraph, frame: Camera, repeated: frozenset[Use], stop: Stop) -> None:
-        """`frame` is the camera without a render region."""
+        """`frame` is the camera of the whole frame."""
         self.triangles: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": [], "object": []}
         self.visibility: list[int] = []
         self.object_info = ObjectInfo()
@@ -63,7 +63,7 @@ class Collector:
         self.losses.update(dict.fromkeys(losses))
 
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
-        """Take one instance, if it is a lamp or a mesh that any rays can see. What cannot be read is left out as a whole, and listed."""
+        """Take an instance, if it is a lamp or a mesh and any ray sees it. One that cannot be read is left out whole, and listed."""
         try:
             self._add(instance)
         except UNREADABLE as error:
@@ -88,7 +88,7 @@ class Collector:
                 self._add_mesh(instance, kind, data, matrix, seen)
 
     def _note_kind(self, kind: Kind, instance: bpy.types.DepsgraphObjectInstance) -> None:
-        """What is lost of an instance, its materials aside; nothing if one like it has been here."""
+        """Note the losses of an instance, its materials aside, for the first of its kind."""
         key = kind, instance.show_self, instance.show_particles
         if key not in self._noted:
             self._noted.add(key)
@@ -96,18 +96,20 @@ class Collector:
 
     def _add_lamp(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray, seen: int) -> None:
         if not seen & ~SHADOW:
-            return  # what nothing sees lights nothing
+            return  # nothing sees it, so it lights nothing
         check_transform(matrix)
         lamp, shader, losses = read_lamp(instance, seen, self.resources, self._depsgraph)
-        if fault := (lamp and fault_of_lamp(lamp)) or (shader and fault_of_shader(shader)):
-            raise InputError(fault)
-        if lamp and shader:
-            lamp = replace(lamp, shader=self._lamp_shader(shader))
-        self.lamps += [lamp] if lamp else []
+        if lamp:
+            self._take_lamp(lamp, shader)
         self.note(losses)
 
+    def _take_lamp(self, lamp: Lamp, shader: Shader | None) -> None:
+        if fault := fault_of_lamp(lamp) or (fault_of_shader(shader) if shader else ""):
+            raise InputError(fault)
+        self.lamps.append(replace(lamp, shader=self._lamp_shader(shader)) if shader else lamp)
+
     def _lamp_shader(self, shader: Shader) -> int:
-        """The index of a lamp's shader; equal ones are kept once."""
+        """The index of a lamp's shader; equal shaders have one."""
         key = repr(shader)
         if key not in self._lamp_shaders:
             self._lamp_shaders[key] = len(self.shaders)
@@ -137,38 +139,38 @@ class Collector:
             return
         material, notes = self._indices(thing, part.slots)
         self._note_materials(kind, thing, material, notes)
-        # First the object, then its attributes, then its triangles: if something fails, there is an object without triangles.
+        # Object, attributes, triangles, in this order: after a failure there is an object without triangles.
         self.object_info.add(self.resources.object_attributes, instance, self.custom)
         self.visibility.append(seen)
         self._add_attributes(len(self.visibility) - 1, thing, data, material, part, matrix)
         self._add_triangles(part, material)
 
     def _note_materials(self, kind: Kind, thing: bpy.types.Object, material: np.ndarray, notes: list[tuple[str, str]]) -> None:
-        """What is lost of an object's materials; nothing if one like it has been here."""
+        """Note the losses of an object's materials, for the first of its kind."""
         if kind not in self._linked:
             self._linked.add(kind)
             self.note(Loss(thing.name, where, detail) for where, detail in notes)
             self.note(coverage.of_linking(thing, [self.shaders[index] for index in np.unique(material)]))
 
     def _placed(self, thing: bpy.types.Object, data: bpy.types.Mesh, matrix: np.ndarray) -> Triangles:
-        # The evaluated mesh lives as long as the depsgraph, so its address identifies it.
+        # An evaluated mesh lives as long as the depsgraph: its address identifies it.
         key = thing.data.as_pointer()
         if key not in self._meshes:
             self._meshes[key] = read_mesh(data)
         return place(self._meshes[key], matrix)
 
     def _kept(self, kind: Kind, thing: bpy.types.Object, data: bpy.types.Mesh) -> int | None:
-        """The number of the mesh that all instances like this share; None where each has its own triangles."""
+        """The number of the mesh that instances of a kind share; None where each has its own triangles."""
         if kind not in self._uses:
             self._uses[kind] = use_of(thing)
         use = self._uses[kind]
         if use in self._repeated and use not in self._kept_once:
-            self._kept_once[use] = None  # should it not be readable, it is not tried again
+            self._kept_once[use] = None  # if it cannot be read, it is not tried again
             self._kept_once[use] = self._add_repeated(thing, data)
         return self._kept_once.get(use)
 
     def _add_repeated(self, thing: bpy.types.Object, data: bpy.types.Mesh) -> int | None:
-        """Take a mesh once. None if it has no triangles, if they emit and have to be sampled, or if attributes depend on the place."""
+        """Keep a mesh once; returns its number. None if it is empty, if it emits, or if its attributes depend on the place."""
         part = self._placed(thing, data, np.eye(4))
         material, notes = self._indices(thing, part.slots)
         shines = any(emits(closure) for index in np.unique(material) for closure in self.shaders[index].closures)
@@ -190,7 +192,7 @@ class Collector:
     def _add_attributes(
         self, owner: int, thing: bpy.types.Object, data: bpy.types.Mesh, material: np.ndarray, part: Triangles, matrix: np.ndarray
     ) -> None:
-        """The attributes that the materials read, of an object, or of the mesh ~owner."""
+        """Add the attributes that the materials read: those of an object, or of the mesh ~owner."""
         key = thing.data.as_pointer()
         placed = Placed(key, data, self._meshes[key], part, matrix, self._depsgraph, self._tangents)
         for number in self._corner_attributes(material):
@@ -203,7 +205,7 @@ class Collector:
         return sorted(set().union(*(corner_attributes_of(self.shaders[index]) for index in used)))
 
     def _indices(self, thing: bpy.types.Object, slots: np.ndarray) -> tuple[np.ndarray, list[tuple[str, str]]]:
-        """(T,) indices of `shaders` for the material slots of an object's faces, and what of these is lost.
+        """(T,) indices of `shaders` for the material slots of an object's faces, and the losses of these materials.
 
         Slots that no face uses leave no trace.
         """
@@ -226,7 +228,7 @@ class Collector:
         return self._shaders[key]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """The arrays of `SceneData`, all but tables. What they are made from is let go of, array by array."""
+        """The arrays of `SceneData`, all but tables. Frees their parts, array by array."""
         self._meshes.clear()
         names = self.resources.object_attributes
         meshes = self.instances.finish(self._vertices)

@@ -1,4 +1,4 @@
-"""The coverage report: everything of a scene that the bundle does not take over, and only what would change the image."""
+"""The coverage report: a `Loss` for everything that the bundle does not take over and that would change the image."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
@@ -9,8 +9,8 @@ from blender_rl_guiding.scene.description import CAMERA, Closure, Loss, Shader, 
 
 from .visibility import source, visibility
 
-# Everything else that is not a mesh leaves no trace in a render: empties, armatures, lattices, cameras, speakers, probes.
-# Texts, curves, surfaces and metaballs with a surface come as meshes of their own beside themselves.
+# Other types than these and meshes leave no trace in a render: empties, armatures, lattices, cameras, speakers, probes.
+# Texts, curves, surfaces and metaballs with a surface also come as meshes.
 _VISIBLE = {
     "CURVES": "hair curves",
     "POINTCLOUD": "point cloud",
@@ -18,27 +18,27 @@ _VISIBLE = {
     "GREASEPENCIL": "grease pencil",
 }
 
-# A bundle is of one image, and nothing around it; a render inside of Blender has all layers and the whole frame.
+# Losses of a bundle, which is one image; a render inside of Blender has all layers and the whole frame.
 ONE_LAYER = "left out: only the first is exported"
 CROPPED = "render region: the image is cropped to it, instead of black around it"
 
-_GRAZING = 0.1  # the geometry offset of the shadow terminator that the renderer has built in: Cycles' default
+_GRAZING = 0.1  # geometry offset of the shadow terminator in the renderer: Cycles' default
 
 
 def summary(losses: Sequence[Loss]) -> str:
-    """One line: how much is lost, and the first of it."""
+    """One line: the number of losses, and the first."""
     first = losses[0]
     where = f", {first.where}" if first.where else ""
     return f"{len(losses)} thing(s) cannot be exported, the first: '{first.object}'{where}: {first.detail}"
 
 
 def in_blender(losses: Iterable[Loss]) -> tuple[Loss, ...]:
-    """What is lost in a render inside of Blender, of what is lost in a bundle."""
+    """The losses of a render inside of Blender, from those of a bundle."""
     return tuple(loss for loss in losses if loss.detail not in (ONE_LAYER, CROPPED))
 
 
 def of_instance(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:
-    """What is lost of one object, its materials aside; lamps speak for themselves."""
+    """The losses of one object, its materials aside. Lamps have `read_lamp`."""
     thing = instance.object
     if instance.show_self:
         yield from (Loss(thing.name, "", detail) for detail in _of_object(instance, view_layer))
@@ -76,14 +76,14 @@ def _of_mesh_object(thing: bpy.types.Object) -> Iterator[str]:
 
 
 def of_linking(thing: bpy.types.Object, shaders: Iterable[Shader]) -> Iterator[Loss]:
-    """What is lost of a mesh that chooses what it lights, if it lights anything."""
+    """The loss of a mesh that emits and has light linking."""
     linking = thing.light_linking
     if (linking.receiver_collection or linking.blocker_collection) and any(emits(c) for shader in shaders for c in shader.closures):
         yield Loss(thing.name, "", "light linking: lights everything")
 
 
 def of_shaders(scene: bpy.types.Scene, shaders: Iterable[Shader]) -> Iterator[Loss]:
-    """What is lost of render settings that matter only for what reflects or refracts, if one of the shaders in use does."""
+    """The losses of render settings for reflection and refraction, if a shader in use reflects or refracts."""
     if not hasattr(scene, "cycles"):
         return
     cycles, closures = scene.cycles, [closure for shader in shaders for closure in shader.closures]
@@ -108,20 +108,20 @@ def _refracts(closure: Closure) -> bool:
 
 
 def of_links(depsgraph: bpy.types.Depsgraph) -> Iterator[Loss]:
-    """What is lost of what Blender itself could not find or compute, of all that takes part in the image."""
+    """The losses of data that Blender itself could not find or compute, for all data of the image."""
     for block in depsgraph.ids:
         if block.original.is_missing:
             library = block.original.library
             yield Loss(block.name, "", f"missing: its library {library.filepath if library else ''} cannot be read")
         if bpy.app.autoexec_fail and not block.is_embedded_data:
-            owner = getattr(block, "user", block)  # a mesh, of shape keys
+            owner = getattr(block, "user", block)  # of shape keys: their mesh
             yield from (
                 Loss(owner.name, f"driver of {path}", "it needs Python, and scripts do not run: 0 stands in") for path in _refused(block)
             )
 
 
 def _refused(block: bpy.types.ID) -> Iterator[str]:
-    """What the drivers set that Blender refuses while scripts do not run; it computes simple expressions by itself."""
+    """The properties whose drivers need Python. Blender computes simple expressions without scripts."""
     tree = None if isinstance(block, bpy.types.Scene) else getattr(block, "node_tree", None)
     for data in (getattr(owner, "animation_data", None) for owner in (block, tree)):
         for curve in data.drivers if data else ():
@@ -138,7 +138,7 @@ def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:
 
 
 def of_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:
-    """What is lost of the render settings that change the scene; Cycles' own trade of noise for bias is not part of a scene."""
+    """The losses of render settings that change the scene. Settings by which Cycles trades noise for bias are none."""
     yield from (Loss(scene.name, "render settings", detail) for detail, lost in _render_settings(scene) if lost)
     layers = [layer.name for layer in scene.view_layers if layer.use]
     yield from (Loss(scene.name, f"view layer '{name}'", ONE_LAYER) for name in layers[1:])

@@ -1,4 +1,4 @@
-"""Culling of Simplify: objects that Cycles leaves out, as they are out of the camera's sight or far away."""
+"""Culling of Simplify: Cycles leaves out objects that are out of the camera's sight, or far away."""
 
 import bpy
 import numpy as np
@@ -7,10 +7,10 @@ from blender_rl_guiding.scene.description import Camera
 
 
 class Culling:
-    """Decides for each object by the box around it. Panoramas and stereoscopy cull nothing."""
+    """Decides by the box around an object. Panoramas and stereoscopy cull nothing."""
 
     def __init__(self, scene: bpy.types.Scene, camera: Camera) -> None:
-        """`camera` is that of the whole frame, whatever region of it is rendered."""
+        """`camera` is that of the whole frame."""
         simplified = scene.render.use_simplify and hasattr(scene, "cycles") and camera.kind != "panorama" and not scene.render.use_multiview
         self._sight = simplified and scene.cycles.use_camera_cull
         self._distance = simplified and scene.cycles.use_distance_cull and scene.cycles.distance_cull_margin > 0
@@ -20,18 +20,16 @@ class Culling:
             self._margin, self._reach = scene.cycles.camera_cull_margin, scene.cycles.distance_cull_margin
 
     def leaves_out(self, thing: bpy.types.Object, matrix: np.ndarray) -> bool:
-        """Whether an object placed by `matrix`, (4, 4), is culled by each of the two that it asks for, of those that the scene allows."""
-        sight, distance = (on and getattr(thing.cycles, name) for on, name in self._asked())
+        """Whether an object placed by `matrix`, (4, 4), is culled: by each kind that both the scene and the object switch on."""
+        sight = self._sight and thing.cycles.use_camera_cull
+        distance = self._distance and thing.cycles.use_distance_cull
         if not (sight or distance):
             return False
         box = np.array(thing.bound_box, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         return (not sight or self._out_of_sight(box)) and (not distance or self._far_away(box))
 
-    def _asked(self) -> tuple[tuple[bool, str], tuple[bool, str]]:
-        return (self._sight, "use_camera_cull"), (self._distance, "use_distance_cull")
-
     def _out_of_sight(self, box: np.ndarray) -> bool:
-        """By where the corners, (8, 3), are in the image, 0 to 1 from the left and from below; those behind the camera are mirrored."""
+        """By the places of the corners, (8, 3), in the image: 0 to 1 from left and bottom; mirrored for corners behind the camera."""
         x, y, z = (box @ self._to_camera[:3, :3].T + self._to_camera[:3, 3]).T
         left, right, bottom, top = self._camera.window
         beyond, scale = -z - self._camera.near, self._camera.far - self._camera.near

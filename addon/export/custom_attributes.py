@@ -1,4 +1,4 @@
-"""Attributes that are the same all over an object: of instances by geometry nodes, of objects, of the view layer."""
+"""Attributes with one value for an object: of instances by geometry nodes, of objects, of the view layer."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from .geometry import read_array
 
 _UNUSED = 2**31 - 1  # in `persistent_id`
 _PARTS = ("mesh", "volume", "curves", "pointcloud", "grease_pencil")  # of a geometry, beside its instances
-# Types of objects that have a geometry: Blender refuses to give that of others, such as an Empty that shows a collection.
+# Types of objects with a geometry: Blender refuses that of others, such as an Empty that shows a collection.
 _GEOMETRIES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "VOLUME", "GREASEPENCIL"}
 _OWN = {"MESH": "mesh", "VOLUME": "volume", "CURVE": "curves", "FONT": "curves", "CURVES": "curves", "POINTCLOUD": "pointcloud"}
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
@@ -22,23 +22,23 @@ Color4 = tuple[float, float, float, float]
 
 
 class _Level:
-    """A geometry that has instances, and the geometries that these are of."""
+    """A geometry with instances; each of these may be a level of its own."""
 
     def __init__(self, geometry: Any, own: str = "") -> None:
-        self._geometry = geometry  # whoever lets go of it lets go of its points, too
+        self._geometry = geometry  # keeps its points alive
         self._points = geometry.instances_pointcloud()
-        # Where other parts are beside the instances, the path to an instance has a number for "the instances" as well.
+        # Beside other parts, the path to an instance begins with a number for "the instances".
         self.beside = any(getattr(geometry, part) is not None for part in _PARTS if part != own)
         self._below: dict[int, _Level | _Members | None] = {}
         self._colors: dict[str, np.ndarray | None] = {}
         count, given = len(self._points.points), self._points.attributes.get("id")
         ids = read_array(given.data, "value", (), np.int32).tolist() if given else range(count)
-        self.places = {number: place for place, number in reversed([*enumerate(ids)])}  # the first of those with one id keeps it
+        self.places = {number: place for place, number in reversed([*enumerate(ids)])}  # of equal ids the first counts
         self._references = geometry.instance_references()
         self._chosen = read_array(self._points.attributes[".reference_index"].data, "value", (), np.int32)
 
     def below(self, place: int) -> "_Level | _Members | None":
-        """What the instance is of, if that has instances itself."""
+        """The level of an instance; None if it has no instances itself."""
         reference = int(self._chosen[place])
         if reference not in self._below:
             what = self._references[reference]
@@ -46,7 +46,7 @@ class _Level:
         return self._below[reference]
 
     def color(self, name: str, place: int) -> Color4 | None:
-        """What an attribute is of an instance; None if there is no such thing."""
+        """The value of an attribute at an instance; None if there is no such attribute."""
         if name not in self._colors:
             attribute = self._points.attributes.get(name)
             self._colors[name] = colors_of(attribute) if attribute else None
@@ -55,7 +55,7 @@ class _Level:
 
 
 class _Members:
-    """The objects of a collection, by number. They have no attributes of instances, but instances that they make do."""
+    """The objects of a collection, by number. They lack attributes of instances; their own instances may have them."""
 
     beside = False
 
@@ -65,13 +65,13 @@ class _Members:
         self._below: dict[int, _Level | _Members | None] = {}
 
     def below(self, place: int) -> "_Level | _Members | None":
-        """The object, if it has instances itself."""
+        """The level of an object; None if it has no instances."""
         if place not in self._below:
             self._below[place] = _of_id(self._objects[place])
         return self._below[place]
 
     def color(self, name: str, place: int) -> None:
-        """None: there is no such thing."""
+        """None: there are no attributes."""
 
 
 def _of_geometry(geometry: Any, own: str = "") -> _Level | None:
@@ -79,9 +79,9 @@ def _of_geometry(geometry: Any, own: str = "") -> _Level | None:
 
 
 def _of_id(thing: bpy.types.Object | bpy.types.Collection) -> _Level | _Members | None:
-    """Of an object, if it has instances, or of a collection that geometry nodes have instances of."""
+    """The level of an object with instances, or of a collection that geometry nodes instance; None of others."""
     if isinstance(thing, bpy.types.Collection):
-        # Those that render have two numbers each, for themselves and for what they make.
+        # Each object that renders has two numbers: for itself and for its instances.
         shown = {member.as_pointer() for member in _members(thing)}
         objects = [member for member in thing.all_objects if member.as_pointer() in shown]
         return _Members({n: objects[n // 2] for n in range(2 * len(objects))})
@@ -92,7 +92,7 @@ def _of_id(thing: bpy.types.Object | bpy.types.Collection) -> _Level | _Members 
 
 
 def _members(collection: bpy.types.Collection) -> Iterator[bpy.types.Object]:
-    """Those of its objects that render."""
+    """The objects of a collection that render."""
     if not collection.hide_render:
         yield from (thing for thing in collection.objects if not thing.hide_render)
         for child in collection.children:
@@ -100,7 +100,7 @@ def _members(collection: bpy.types.Collection) -> Iterator[bpy.types.Object]:
 
 
 class CustomAttributes:
-    """Looks up what the Attribute node calls OBJECT, INSTANCER and VIEW_LAYER, in the order in which Cycles does."""
+    """Looks up attributes of the types OBJECT, INSTANCER and VIEW_LAYER, in Cycles' order."""
 
     def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
         self._depsgraph = depsgraph
@@ -125,7 +125,7 @@ class CustomAttributes:
         yield from _of_thing(instance.object, name)
 
     def _places(self, instance: bpy.types.DepsgraphObjectInstance) -> Sequence[tuple[_Level | _Members, int]]:
-        """The instances that an instance is made of, each in its level, from the outermost to the innermost."""
+        """The instances around an instance, outermost first: level and place in it."""
         key, found = instance.parent.as_pointer(), []
         if key not in self._levels:
             self._levels[key] = _of_id(instance.parent)

@@ -1,4 +1,4 @@
-"""How the render settings turn samples into pixels, and where they end paths."""
+"""Render settings of the film, and limits of bounces."""
 
 import bpy
 
@@ -8,7 +8,7 @@ _FILTERS: dict[str, Filter] = {"BOX": "box", "GAUSSIAN": "gaussian", "BLACKMAN_H
 
 
 def read_film(scene: bpy.types.Scene) -> Film:
-    """Cycles' settings; where Blender has been built or started without Cycles, those of `Film`."""
+    """Cycles' settings; in a Blender without Cycles the defaults of `Film`."""
     transparent = scene.render.film_transparent
     if not hasattr(scene, "cycles"):
         return Film(transparent=transparent)
@@ -18,9 +18,9 @@ def read_film(scene: bpy.types.Scene) -> Film:
 
 
 def read_bounces(scene: bpy.types.Scene) -> Bounces:
-    """Scattering events, where Cycles counts bounces: its limit of N lets a path scatter N + 1 times, of each kind as of all.
+    """Limits of scattering events: N of Cycles' bounces are N + 1 events, of each kind and of all.
 
-    Transparent surfaces are passed N times. With a minimum of N, roulette is first played after N + 2 events.
+    Transparent surfaces are passed N times. With a minimum of N bounces, roulette begins after N + 2 events.
     """
     if not hasattr(scene, "cycles"):
         return Bounces()

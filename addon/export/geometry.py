@@ -1,4 +1,4 @@
-"""Triangles: every mesh is read once in its own space, then placed in the world for each instance."""
+"""Triangles: reads a mesh in its own space, and places it in the world for an instance."""
 
 import ctypes
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.faults import without_area
 
-# What Blender and numpy raise where the data of an object are not what they should be.
+# Raised by Blender and numpy on faulty data of an object.
 UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 _FAR = 1e18
 _BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
@@ -23,7 +23,7 @@ class Mesh:
 
     vertices: np.ndarray  # (V, 3) float32
     corners: np.ndarray  # (T, 3) int32, indices of vertices
-    normals: np.ndarray  # (N, 3) float32: one a vertex, a face or a corner of a face, whichever says it all
+    normals: np.ndarray  # (N, 3) float32: of vertices, faces or corners of faces, see `_normals`
     normal: np.ndarray  # (T, 3) int32, indices of normals
     slots: np.ndarray  # (T,) int32, material index of the face
 
@@ -45,7 +45,7 @@ class Triangles:
 
 @contextmanager
 def evaluated_mesh(thing: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
-    """The mesh of an evaluated object. In edit mode it shows nothing of itself, and a copy stands in, as in Cycles."""
+    """The mesh of an evaluated object; a copy in edit mode, as in Cycles, where the mesh itself is empty."""
     if not thing.data.is_editmode:
         yield thing.data
         return
@@ -56,7 +56,7 @@ def evaluated_mesh(thing: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
 
 
 def read_mesh(mesh: bpy.types.Mesh) -> Mesh:
-    """Empty where there are no faces. InputError where a vertex is not a finite number, or so large that areas overflow."""
+    """A mesh in its own space; empty without faces. InputError where a vertex is not finite, or areas overflow."""
     if not len(mesh.polygons):
         return _EMPTY
     vertices = read_array(mesh.attributes["position"].data, "vector", (3,), np.float32)
@@ -72,7 +72,7 @@ def read_mesh(mesh: bpy.types.Mesh) -> Mesh:
 
 
 def read_array(collection: bpy.types.bpy_prop_collection, attribute: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
-    """One attribute of all members of a collection, each of them of a shape."""
+    """(N, *shape): one attribute of all members of a collection."""
     values = np.empty((len(collection), *shape), dtype)
     collection.foreach_get(attribute, values.ravel())
     return values
@@ -84,14 +84,14 @@ def corner_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
 
 
 def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
-    """(T,) int32, the face that each triangle is part of."""
+    """(T,) int32, the face of each triangle."""
     return read_array(mesh.loop_triangle_polygons, "value", (), np.int32)
 
 
 def loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
-    """(T, 3) int32, the corners of faces that the triangles are made of.
+    """(T, 3) int32, the corners of faces at the corners of triangles.
 
-    They lie in one array of Blender's; `foreach_get` would ask for them one by one, which takes longer than all the rest.
+    Read from Blender's own array: `foreach_get` asks for them one by one, and takes longer than all the rest of an export.
     """
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
@@ -103,7 +103,7 @@ def loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
 
 
 def _normals(mesh: bpy.types.Mesh, corners: np.ndarray, faces: np.ndarray, loops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The fewest normals that tell flat, smooth, sharp and custom shading, and which of them each corner of a triangle has."""
+    """The fewest normals that tell flat, smooth, sharp and custom shading; and the index of each corner's, (T, 3)."""
     if mesh.normals_domain == "POINT":
         return read_array(mesh.vertex_normals, "vector", (3,), np.float32), corners
     if mesh.normals_domain == "FACE":
@@ -112,7 +112,7 @@ def _normals(mesh: bpy.types.Mesh, corners: np.ndarray, faces: np.ndarray, loops
 
 
 def _without_loose(mesh: Mesh) -> Mesh:
-    """Vertices that no triangle uses would widen the scene's bounds."""
+    """A mesh without vertices that no triangle uses: they would widen the scene's bounds."""
     used = np.zeros(len(mesh.vertices), bool)
     used[mesh.corners] = True
     if used.all():
@@ -122,7 +122,7 @@ def _without_loose(mesh: Mesh) -> Mesh:
 
 
 def place(mesh: Mesh, matrix: np.ndarray) -> Triangles:
-    """A mesh in the world. `matrix`: (4, 4), see `check_transform`. Where it mirrors, the winding is turned, to agree with the normals."""
+    """A mesh in the world by `matrix`, (4, 4), see `check_transform`. If it mirrors, the winding turns, to agree with the normals."""
     cofactors, mirrored = _cofactors(matrix[:3, :3])
     vertices, normals = apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), unit(apply(cofactors, mesh.normals))
     flat = without_area(vertices, mesh.corners)
@@ -135,7 +135,7 @@ def place(mesh: Mesh, matrix: np.ndarray) -> Triangles:
 
 
 def check_transform(matrix: np.ndarray) -> None:
-    """InputError where a matrix has numbers that are not finite, or too large to place anything by."""
+    """InputError where a number of a matrix is not finite, or too large."""
     if np.abs(matrix).max() <= _FAR:
         return
     raise InputError(f"its transform is {'out of range' if np.isfinite(matrix).all() else 'not finite'}")
@@ -149,9 +149,9 @@ def arranged(values: np.ndarray, kept: np.ndarray | None, mirrored: bool) -> np.
 
 
 def _cofactors(linear: np.ndarray) -> tuple[np.ndarray, bool]:
-    """What normals are transformed by, and whether `linear` mirrors.
+    """The matrix for normals, and whether `linear` mirrors.
 
-    It is the inverse transpose up to a positive factor, and defined even where a scale is zero.
+    It is the inverse transpose up to a positive factor, and is defined even where a scale is zero.
     """
     linear = linear / max(np.abs(linear).max(), 1e-30)
     a, b, c = linear
@@ -167,7 +167,7 @@ def _blocks(count: int) -> Iterator[slice]:
 def apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0)) -> np.ndarray:
     """Points (N, 3) times a (3, 3) matrix plus a shift, in float32.
 
-    Written out instead of `@`, whose rounding differs between builds of numpy, and with it the key of the scene.
+    Written out: the rounding of `@` differs between builds of numpy, and the scene's key with it.
     """
     result = np.empty(points.shape, np.float32)
     for block in _blocks(len(points)):
@@ -178,7 +178,7 @@ def apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[floa
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """(N, 3) vectors of length 1, or zeros where the length is zero or not a finite number."""
+    """(N, 3) vectors of length 1; zeros where the length is zero or not finite."""
     result = np.empty(vectors.shape, np.float32)
     for block in _blocks(len(vectors)):
         x, y, z = vectors[block].T.astype(np.float64)
@@ -189,7 +189,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _fill(normals: np.ndarray, missing: np.ndarray, vertices: np.ndarray, corners: np.ndarray) -> None:
-    """Give the corners of triangles that have no normal (`missing`: (T, 3)) that of the triangle."""
+    """Set the normals of corners that are `missing`, (T, 3), to those of their triangles."""
     rows = np.flatnonzero(missing.any(axis=1))
     a, b, c = (vertices[corners[rows, i]].astype(np.float64) for i in range(3))
     normals[rows] = np.where(missing[rows][..., None], unit(np.cross(b - a, c - a))[:, None, :], normals[rows])

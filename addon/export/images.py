@@ -13,12 +13,12 @@ from .pictures import frame_shown, pictures
 from .resources import Resources
 from .simplify import is_above, shrunk
 
-_LINEAR = ("Non-Color", "Linear Rec.709", "Raw")  # names of colour spaces whose 8-bit codes mean what they say
+_LINEAR = ("Non-Color", "Linear Rec.709", "Raw")  # colour spaces whose 8-bit codes are linear
 _MAGENTA = (1.0, 0.0, 1.0, 1.0)  # of images that cannot be read, as in Cycles
 
 
 def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
-    """The number of the (first) texture of a node's image, and what its colours have to do with its alpha."""
+    """The number of the first texture of a node's image, and the relation of its colours to its alpha."""
     image, resources = at.node.image, at.network.resources
     if image is None:
         at.note("no image: magenta stands in, as in Cycles")
@@ -31,15 +31,16 @@ def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
 
 
 def _read(resources: Resources, image: bpy.types.Image, frame: int, wants_alpha: bool) -> tuple[int, Alpha, list[str]]:
-    """What `read_image` gives, and what is lost.
+    """As `read_image`, and the losses.
 
-    Where nobody wants the alpha, Cycles shows colours multiplied by it, unless the image says that the two have nothing to do with
-    each other. Those that come multiplied already are taken as they are, since there is light where alpha is 0.
+    Where no node wants the alpha, Cycles multiplies colours by it, unless the image keeps the two apart. Colours that come multiplied
+    are taken as they are: they may be light where alpha is 0.
     """
     textures, notes, associated, multiplied = [], _notes(image), False, False
     for tile, rest, place, pixels in pictures(image, frame):
         if pixels is None:
-            notes.append(f"{f'has a tile {tile} that ' * bool(tile)}cannot be read ({place or 'no file'}): magenta stands in, as in Cycles")
+            part = f"has a tile {tile} that " if tile else ""
+            notes.append(f"{part}cannot be read ({place or 'no file'}): magenta stands in, as in Cycles")
             textures.append(_missing(image.name, tile, rest))
             continue
         space = pixels.colorspace_settings
@@ -68,12 +69,15 @@ def _alpha(wanted: bool, multiplied: bool, idle: bool) -> Alpha:
 
 
 def _comes_multiplied(image: bpy.types.Image, is_float: bool) -> bool:
-    """Whether Cycles takes colours for multiplied by alpha. STRAIGHT floats that Blender hands to it are, and it multiplies them again."""
+    """Whether Cycles takes colours for multiplied by alpha: PREMUL ones, and floats that it reads itself.
+
+    It multiplies STRAIGHT floats from Blender again, though they come multiplied.
+    """
     return image.alpha_mode == "PREMUL" or (is_float and not _is_handed_over(image))
 
 
 def _is_handed_over(image: bpy.types.Image) -> bool:
-    """Whether Cycles gets the texels from Blender; it reads other files itself."""
+    """Whether Blender hands the texels to Cycles, which reads other files itself."""
     return image.packed_file is not None or image.source in ("GENERATED", "MOVIE")
 
 
@@ -86,12 +90,12 @@ def _missing(name: str, tile: int = 0, rest: int = 0) -> Texture:
 
 
 def _texels(image: bpy.types.Image, pixels: bpy.types.Image, *, opaque: bool, multiplied: bool) -> tuple[bool, np.ndarray]:
-    """Whether a picture of an image has to be decoded, and its texels: see `Texture`."""
+    """`srgb` and `texels` of a `Texture`."""
     texels = _pixels(pixels)
     if pixels.is_float:
-        texels[~np.isfinite(texels).all(axis=2)] = 0.0  # as in Cycles: what a faulty texel has of colour is not to be trusted either
+        texels[~np.isfinite(texels).all(axis=2)] = 0.0  # as in Cycles: the whole texel, if one channel is not finite
     if multiplied and not pixels.is_float and not _is_handed_over(image):
-        texels[..., :3] *= texels[..., 3:]  # which Blender has divided by; rounded, these are the codes in the file
+        texels[..., :3] *= texels[..., 3:]  # undoes Blender's division; rounded, these are the file's codes
     if opaque or image.alpha_mode == "NONE":
         texels[..., 3] = 1.0
     if pixels.is_float:
@@ -100,7 +104,7 @@ def _texels(image: bpy.types.Image, pixels: bpy.types.Image, *, opaque: bool, mu
 
 
 def _pixels(image: bpy.types.Image) -> np.ndarray:
-    """(H, W, 4) float32, top row first: of 8-bit images the codes over 255; of others linear colours."""
+    """(H, W, 4) float32, top row first: codes / 255 of 8-bit images, linear colours of others."""
     width, height, channels = *image.size, image.channels
     stored = np.empty(width * height * channels, np.float32)
     image.pixels.foreach_get(stored)

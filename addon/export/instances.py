@@ -1,4 +1,4 @@
-"""Instances of repeated meshes: which meshes are kept once, and where their instances stand."""
+"""Instances of repeated meshes: chooses the meshes to keep once, and collects their instances."""
 
 from array import array
 from collections import Counter
@@ -11,30 +11,30 @@ from mathutils import Matrix
 from .geometry import Triangles
 from .object_info import ObjectInfo, ObjectKey
 
-# Triangles that are rather kept again for each instance: rays find them faster than through instances, for 0.2 GB in all.
+# Triangles to copy into the world all the same: rays find them faster than through instances, for 0.2 GB in all.
 COPIES = 1 << 20
-_COST = 2  # triangles that take as much memory as an instance does
+_COST = 2  # triangles with as much memory as an instance
 _THINNEST = 1e-3  # least ratio of an instance's scales, and of its volume to theirs: float32 cannot invert much flatter matrices
 _SMALLEST, _LARGEST = 1e-7, 1e9
 
-Kind = tuple[int, int, int]  # addresses of an object, its data, and whoever makes instances of it
+Kind = tuple[int, int, int]  # addresses of an object, of its data and of its instancer
 Use = tuple[int, ...]  # addresses of a mesh and of the materials in the slots of an object that shows it
 
 
 def kind_of(instance: bpy.types.DepsgraphObjectInstance) -> Kind:
-    """What instances have in common that differ in place alone: whatever is looked up for the first of them is the same for all."""
+    """A key that is equal for instances that differ in place alone: one answer is good for all of them."""
     thing, data = instance.object, instance.object.data
     parent = instance.parent.as_pointer() if instance.is_instance else 0
     return thing.original.as_pointer(), data.as_pointer() if data else 0, parent
 
 
 def use_of(thing: bpy.types.Object) -> Use:
-    """What instances of `thing` have to have in common to share triangles."""
+    """A key that is equal for objects that can share triangles."""
     return (thing.data.as_pointer(), *(slot.material.as_pointer() if slot.material else 0 for slot in thing.material_slots))
 
 
 def worth_instancing(instances: Iterable[bpy.types.DepsgraphObjectInstance]) -> frozenset[Use]:
-    """The meshes to keep once: those that save most, until what is left to be copied is little."""
+    """The uses to keep once: those that save most, until no more than `COPIES` triangles are left to copy."""
     uses: dict[Kind, Use] = {}
     triangles: dict[Use, int] = {}
     counts: Counter[Use] = Counter()
@@ -58,7 +58,7 @@ def worth_instancing(instances: Iterable[bpy.types.DepsgraphObjectInstance]) -> 
 
 
 def fits(matrix: Matrix) -> bool:
-    """Whether float32 can tell where a ray is in the space that a matrix (4, 4) comes from."""
+    """Whether float32 is exact enough for rays in the space that `matrix`, (4, 4), takes to the world."""
     smallest, middle, largest = sorted(map(abs, matrix.to_scale()))
     thick = smallest > _THINNEST * largest and abs(matrix.determinant()) > _THINNEST * smallest * middle * largest
     return thick and smallest > _SMALLEST and largest < _LARGEST
@@ -79,23 +79,23 @@ class Instances:
         return len(self._notes)
 
     def add_mesh(self, part: Triangles, material: np.ndarray, notes: list[tuple[str, str]]) -> None:
-        """The next mesh, in its own space, and what of its materials is lost."""
-        arrays = (part.vertices, part.corners.copy(), part.normals, material)  # of corners a copy, as `finish` renumbers them
+        """Add a mesh, in its own space, with the losses of its materials."""
+        arrays = (part.vertices, part.corners.copy(), part.normals, material)  # a copy of the corners: `finish` renumbers them
         for parts, values in zip(self.parts.values(), arrays, strict=True):
             parts.append(values)
         self._notes.append(notes)
 
     def add(self, mesh: int, matrix: np.ndarray, seen: int) -> list[tuple[str, str]]:
-        """An instance of a mesh, placed by a matrix (4, 4) and seen by these kinds of rays; returns what of its materials is lost."""
+        """Add an instance of a mesh, placed by a matrix (4, 4), seen by these kinds of rays; returns the losses of its materials."""
         self._mesh.append(mesh)
         self._seen.append(seen)
         self._matrices.frombytes(matrix[:3].astype(np.float32).tobytes())
         return self._notes[mesh]
 
     def finish(self, vertices: int) -> np.ndarray:
-        """Let go of meshes that have no instance, as none of theirs could be read; returns the numbers of those that stay, rising.
+        """Drop meshes without a readable instance; returns the numbers of the others, rising.
 
-        Their corners count all vertices from then on: so many are before them.
+        Corners then count from the scene's first vertex: `vertices` come before those of meshes.
         """
         used = np.unique(np.array(self._mesh, np.int32))
         self.parts = {name: [parts[mesh] for mesh in used] for name, parts in self.parts.items()}
@@ -105,7 +105,7 @@ class Instances:
         return used
 
     def arrays(self, used: np.ndarray, names: Sequence[ObjectKey]) -> dict[str, np.ndarray]:
-        """What `SceneData` has of instances, those of one mesh and visibility together; triangles counted from the first."""
+        """The arrays of `SceneData` about instances, those of one mesh and visibility together. `meshes` counts from the first mesh."""
         mesh, seen = np.array(self._mesh, np.int32), np.array(self._seen, np.uint8)
         order = np.lexsort((seen, mesh))
         sizes = [len(corners) for corners in self.parts["triangles"]]

@@ -1,4 +1,4 @@
-"""What the nodes of a lamp find there, as measured in Cycles: places, directions and coordinates of the point that shines."""
+"""Nodes of a lamp: places, directions and coordinates of its shining point, as measured in Cycles."""
 
 import math
 
@@ -8,23 +8,24 @@ import numpy as np
 from blender_rl_guiding.scene.description import Value
 
 from .network import Network
+from .nodes import READERS
 from .object_info import own_attribute
 from .resources import Resources
 
 
 class LampNetwork(Network):
-    """The code of one lamp's shader: its place is known, so that attributes become arithmetic."""
+    """The code of one lamp's shader. Its place is known: attributes become arithmetic."""
 
     lamp = True
 
     def __init__(self, resources: Resources, instance: bpy.types.DepsgraphObjectInstance, depsgraph: bpy.types.Depsgraph) -> None:
-        super().__init__(resources)
+        super().__init__(READERS, resources)
         self._instance, self._depsgraph, self.light = instance, depsgraph, instance.object.data
         self._matrix = np.array(instance.matrix_world, np.float64)
         self.distant = self.light.type == "SUN"
 
     def attribute(self, kind: str, name: str = "") -> Value:
-        """What a lamp has of the attributes that `Resources` lists: coordinates; of the others, as in Cycles, 0, and an alpha of 1."""
+        """Coordinates; for other attributes 0, and an alpha of 1, as in Cycles."""
         if kind == "PARAMETRIC" or (kind == "UV" and not name):
             return _COORDINATES[self.light.type](self)
         if kind == "GENERATED" or kind == "OBJECT":
@@ -34,11 +35,11 @@ class LampNetwork(Network):
         return 1.0 if kind == "ATTRIBUTE_ALPHA" else 0.0
 
     def object_attribute(self, name: str) -> Value:
-        """What the Object Info node offers."""
+        """An output of the Object Info node."""
         return own_attribute(name, self._instance)
 
     def light_path(self, mode: str) -> Value:
-        """Cycles does not tell lamps what kind a ray is of."""
+        """As for surfaces, but 0 for the kind of a ray: Cycles does not tell it to lamps."""
         return 0.0 if mode.startswith("IS_") else super().light_path(mode)
 
     def _in_space_of(self, name: str) -> Value:
@@ -74,7 +75,7 @@ def _triple(values: np.ndarray) -> tuple[float, float, float]:
     return x, y, z
 
 
-# --- UV, which is Parametric, too ------------------------------------------------------------------------------------
+# --- UV and Parametric -----------------------------------------------------------------------------------------------
 
 
 def _of_area(network: LampNetwork) -> Value:
@@ -87,7 +88,7 @@ def _of_area(network: LampNetwork) -> Value:
 
 
 def _of_point(network: LampNetwork) -> Value:
-    """Longitude around the lamp's z axis, and latitude, of its normal."""
+    """Longitude around the lamp's z axis and latitude of the normal."""
     x, y, z = (network.component(network.to_lamp(network.add("normal")), k) for k in range(3))
     longitude, polar = network.math("ARCTAN2", x, y), network.math("ARCCOSINE", z)
     u = network.math("MULTIPLY_ADD", longitude, -0.5 / math.pi, 0.5)

@@ -14,15 +14,15 @@ from .materials import has_nodes
 from .resources import Resources
 from .shaders import closures_at
 
-_MAX_BOUNCES = 1024  # a lamp's limit where nobody has set it
+_MAX_BOUNCES = 1024  # the default limit of a lamp
 _WHITE = (1.0, 1.0, 1.0)
-_STRAIGHT = 1e-4  # up to this cosine axes are perpendicular, up to this relative difference scales are equal
+_STRAIGHT = 1e-4  # cosine of axes that count as perpendicular, and relative difference of scales that count as equal
 
 
 def read_lamp(
     instance: bpy.types.DepsgraphObjectInstance, visibility: int, resources: Resources, depsgraph: bpy.types.Depsgraph
 ) -> tuple[Lamp | None, Shader | None, list[Loss]]:
-    """A lamp, its shader where it varies, and what of it is lost; None where it sends out no light."""
+    """A lamp, its shader if the light varies, and its losses; no lamp where there is no light."""
     thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
     light = thing.data
     unit, shape = _SHAPES[light.type](light, matrix)
@@ -61,7 +61,7 @@ def _power(light: bpy.types.Light) -> Color:
 
 
 def _read_nodes(light: bpy.types.Light, network: LampNetwork) -> tuple[Color, Shader | None, list[tuple[str, str]]]:
-    """What the lamp's nodes multiply its power by: a colour, and a shader if they vary; and notes (where, what is lost)."""
+    """The factors on the lamp's power by its nodes: a colour, and a shader if they vary; and notes, as of `Network`."""
     if not has_nodes(light):
         return _WHITE, None, []
     output = light.node_tree.get_output_node("CYCLES")
@@ -82,7 +82,7 @@ def _values(closure: Closure) -> tuple[Value, ...]:
 
 
 # --- shape -----------------------------------------------------------------------------------------------------------
-# Each of these gives what the lamp emits (see `Lamp.emission`) for a power of 1, and the fields of `Lamp` that its kind has.
+# Each of these returns `Lamp.emission` for a power of 1, and the fields of `Lamp` for its kind.
 
 
 def _point(light: bpy.types.Light, matrix: np.ndarray) -> tuple[float, dict[str, Any]]:
@@ -104,7 +104,7 @@ def _sun(light: bpy.types.Light, matrix: np.ndarray) -> tuple[float, dict[str, A
 
 
 def _area(light: bpy.types.Light, matrix: np.ndarray) -> tuple[float, dict[str, Any]]:
-    """Without an area there is no light, as in Cycles."""
+    """Without an area it emits nothing, as in Cycles."""
     ellipse = light.shape in ("DISK", "ELLIPSE")
     height = light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
     width, height = (float(size * np.linalg.norm(axis)) for size, axis in zip((light.size, height), matrix[:3, :2].T, strict=True))
@@ -117,7 +117,7 @@ _SHAPES = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 
 def _frame(matrix: np.ndarray) -> Matrix:
-    """A lamp's place and unit axes, right-handed. The z axis is kept; where x and y are not perpendicular to it, they are made so."""
+    """A lamp's place and unit axes, right-handed. z keeps its direction; x and y are made perpendicular to it."""
     y, z = matrix[:3, 1], matrix[:3, 2]
     z = _unit(z, np.array((0.0, 0.0, 1.0)))
     aside = np.eye(3)[np.abs(z).argmin()]

@@ -1,32 +1,33 @@
-"""Materials as shaders, with a note of everything that cannot be told."""
+"""Materials as shaders."""
 
 import bpy
 
 from blender_rl_guiding.scene.description import Closure, Shader
 
 from .network import At, Network, link_to, triple
+from .nodes import READERS
 from .resources import Resources
 from .shaders import closures_at
 
-Notes = tuple[tuple[str, str], ...]  # (where, what is lost)
+Notes = tuple[tuple[str, str], ...]  # `where` and `detail` of losses
 
 
 def read_material(material: bpy.types.Material | None, resources: Resources) -> tuple[Shader, Notes]:
-    """As in Cycles, no material is Principled BSDF by default, one without nodes its viewport colour, and one without a surface black."""
+    """As in Cycles: no material is a Principled BSDF, one without nodes its viewport colour, one without a surface black."""
     if material is None:
         return Shader("", (), (Closure("principled", 1.0),)), ()
     if not has_nodes(material):
         return Shader(material.name, (), (Closure("diffuse", 1.0, {"color": triple(material.diffuse_color)}),)), ()
-    network = Network(resources, pass_index=material.pass_index)
+    network = Network(READERS, resources, pass_index=material.pass_index)
     output = material.node_tree.get_output_node("CYCLES")
     closures = _read_output(At(network, output, ())) if output else ()
     shader = Shader(material.name, network.code, closures)
     notes = [*network.notes, *_of_shadows(material, shader)]
-    return shader, tuple((f"material '{material.name}'{where and ', '}{where}", detail) for where, detail in notes)
+    return shader, tuple((", ".join(filter(None, (f"material '{material.name}'", where))), detail) for where, detail in notes)
 
 
 def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
-    """Whether a material or world is its node tree."""
+    """Whether nodes make up a material or world."""
     return owner.node_tree is not None and (bpy.app.version >= (5, 0) or owner.use_nodes)
 
 
@@ -37,7 +38,7 @@ def _read_output(at: At) -> tuple[Closure, ...]:
     if link_to(inputs["Volume"]):
         at.note("the volume is left out", "Volume")
         if not link_to(inputs["Surface"]):
-            return (Closure("transparent", 1.0, {"color": (1.0, 1.0, 1.0)}),)  # nothing but a volume has no surface
+            return (Closure("transparent", 1.0, {"color": (1.0, 1.0, 1.0)}),)  # a volume alone has no surface
     return tuple(closures_at(at.network, inputs["Surface"]))
 
 

@@ -1,4 +1,4 @@
-"""What Cycles would blur: whatever moves while the shutter is open, from whatever source."""
+"""Losses by motion blur: everything that moves while the shutter is open."""
 
 from array import array
 from collections.abc import Callable, Iterator
@@ -13,22 +13,22 @@ from blender_rl_guiding.scene.description import Loss
 from .geometry import UNREADABLE, evaluated_mesh, read_array
 from .visibility import visibility
 
-FrameSet = Callable[[int, float], None]  # of a render engine: evaluates the depsgraph it renders at a frame and a share of the next
+FrameSet = Callable[[int, float], None]  # a render engine's: evaluates its depsgraph at (frame, share of the next)
 _STILL = 1e-6  # relative to the largest number of a transform
 _DETAIL = "motion blur: it stands still at the frame's own time"
 
 
 class _State(NamedTuple):
-    """Of an instance at one time."""
+    """An instance at one time."""
 
     matrix: bytes  # to world space, float32; empty where Cycles does not blur it
-    shape: tuple[int, int] | None  # number of vertices, and a digest of where they are; None likewise
+    shape: tuple[int, int] | None  # number of vertices, and a digest of their places; None likewise
 
 
 def of_motion(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet) -> Iterator[Loss]:
-    """A line for the camera and each object that is elsewhere, or of another shape, when the shutter opens or closes.
+    """A loss for the camera and each object whose place or shape differs when the shutter opens or closes.
 
-    Afterwards the depsgraph is what it was, but whatever has been taken from it before is no longer there.
+    Afterwards the depsgraph is at its frame again, but references to its data from before are invalid.
     """
     scene = depsgraph.scene
     if not (scene.render.use_motion_blur and depsgraph.view_layer.use_motion_blur):
@@ -60,12 +60,12 @@ def _moves(a: _State, b: _State) -> bool:
         before, after = np.frombuffer(a.matrix, np.float32), np.frombuffer(b.matrix, np.float32)
         if np.abs(before - after).max() > _STILL * max(np.abs(before).max(), 1.0):
             return True
-    # Where the number of vertices differs Cycles cannot tell which is which, and blurs nothing.
+    # With another number of vertices Cycles blurs nothing.
     return a.shape is not None and b.shape is not None and a.shape[0] == b.shape[0] and a.shape != b.shape
 
 
 def _states(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[bytes, str, _State]]:
-    """Of the camera and of all instances of meshes that render: what they are known by at other times, too, their name, and their state."""
+    """The camera and all instances of meshes that render: key, which is the same at all times, name and state."""
     camera, shapes = depsgraph.scene.camera.evaluated_get(depsgraph), {}
     yield b"", camera.name, _State(_camera(camera), None)
     for instance in depsgraph.object_instances:
@@ -77,7 +77,7 @@ def _states(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[bytes, str, _State
 
 
 def _key(instance: bpy.types.DepsgraphObjectInstance) -> bytes:
-    """Tells instances apart, in little memory. Objects of different files may have one name."""
+    """A key in little memory. `name_full`: objects of different files may have one name."""
     parent = instance.parent.name_full if instance.is_instance else ""
     return "\0".join((instance.object.name_full, parent, "")).encode() + array("i", instance.persistent_id).tobytes()
 
@@ -87,13 +87,13 @@ def _camera(thing: bpy.types.Object) -> bytes:
 
 
 def _blurs(instance: bpy.types.DepsgraphObjectInstance, switch: str) -> bool:
-    """Whether Cycles' switch is on, at whoever makes the instances, too."""
+    """Whether Cycles' switch is on at the object, and at its instancer if there is one."""
     owners = (instance.object, instance.parent) if instance.is_instance else (instance.object,)
     return all(getattr(owner.cycles, switch) for owner in owners if hasattr(owner, "cycles"))
 
 
 def _shape(thing: bpy.types.Object, known: dict[int, tuple[int, int] | None]) -> tuple[int, int] | None:
-    """None where a mesh cannot be read, which is listed by whoever reads it for the image."""
+    """`_State.shape`; None where a mesh cannot be read: `Collector` lists it."""
     key = thing.data.as_pointer()
     if key not in known:
         known[key] = None

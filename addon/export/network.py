@@ -1,6 +1,6 @@
-"""Walks a node tree against its links, and writes the code that computes what arrives at a socket."""
+"""Walks a node tree against its links, and writes the code that computes the value of a socket."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -10,19 +10,21 @@ from blender_rl_guiding.scene.ops import fault
 
 from .resources import Resources
 
-Path = tuple[bpy.types.Node, ...]  # the group nodes that lead to a node tree, from the outside
+Path = tuple[bpy.types.Node, ...]  # the group nodes that lead to a node tree, outermost first
+Reader = Callable[["At", str], Value | None]  # (a node, identifier of an output) -> its value; None, with a note, if it cannot be told
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # types of sockets
 
 
 class Network:
-    """The code of one shader in the making, and the places, (where, what is lost), that it does not do justice to."""
+    """The code of one shader in the making, and `notes`: `where` and `detail` of its losses."""
 
-    lamp = False  # whether it is that of a lamp
+    lamp = False  # whether the shader is a lamp's
 
-    def __init__(self, resources: Resources, *, world: bool = False, pass_index: int = 0) -> None:
-        self.resources, self.world, self.pass_index = resources, world, pass_index
+    def __init__(self, readers: Mapping[str, Reader], resources: Resources, *, world: bool = False, pass_index: int = 0) -> None:
+        """`readers`: by the `bl_idname` of the nodes that each reads; `pass_index`: the material's."""
+        self.readers, self.resources, self.world, self.pass_index = readers, resources, world, pass_index
         self.notes: dict[tuple[str, str], None] = {}  # an ordered set
-        self.distant = world  # whether it is infinitely far away
+        self.distant = world  # whether the shaded point is infinitely far away
         self._steps: dict[Instruction, Node] = {}
         self._outputs: dict[tuple[int, ...], Value | None] = {}
 
@@ -32,7 +34,7 @@ class Network:
         return tuple(self._steps)
 
     def add(self, op: str, *inputs: Value, mode: str = "", options: tuple[int, ...] = ()) -> Node:
-        """The value of a step, which is new unless the same has been taken before."""
+        """The value of a step; an equal step is taken once."""
         problem = fault(op, mode, len(inputs), len(options))
         assert not problem, f"{op}: {problem}"
         return self._steps.setdefault(Instruction(op, inputs, mode, tuple(int(n) for n in options)), Node(len(self._steps)))
@@ -46,11 +48,11 @@ class Network:
         return self.add("object_attribute", options=(self.resources.object_attribute(name),))
 
     def light_path(self, mode: str) -> Value:
-        """What is known of the ray, by one of the modes of `ops.Light`."""
+        """A property of the ray, by a mode of `ops.Light`."""
         return self.add("light_path", mode=mode)
 
     def arriving(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
-        """What arrives at an input, in the input's own type; None where nothing does, or nothing that can be told."""
+        """The value that a link brings to an input, in the input's type; None without a link, or where a reader gives none."""
         link = link_to(socket)
         if link is None:
             return None
@@ -58,12 +60,12 @@ class Network:
         return None if value is None else self._converted(value, link.from_socket.type, socket.type)
 
     def value(self, socket: bpy.types.NodeSocket, path: Path) -> Value:
-        """What arrives at an input, or its unlinked value."""
+        """The value of an input: by its link, or else its own."""
         arriving = self.arriving(socket, path)
         return unlinked(socket) if arriving is None else arriving
 
     def shader(self, socket: bpy.types.NodeSocket, path: Path = ()) -> "At | None":
-        """The shader node that is linked to an input, past everything that only hands it on."""
+        """The shader node that is linked to an input, through groups, reroutes and muted nodes."""
         link = link_to(socket)
         if link is None:
             return None
@@ -82,11 +84,9 @@ class Network:
         return self._relayed(socket, path) if _hands_on(socket.node) else self.read(At(self, socket.node, path), socket.identifier)
 
     def read(self, at: "At", output: str) -> Value | None:
-        """What a node computes, by the identifier of the output; None, with a note, where it cannot be told."""
-        from .nodes import READERS  # the readers of nodes need this file
-
-        if at.node.bl_idname in READERS:
-            return READERS[at.node.bl_idname](at, output)
+        """The value of an output, by its identifier; None, with a note, where no reader can tell."""
+        if at.node.bl_idname in self.readers:
+            return self.readers[at.node.bl_idname](at, output)
         at.note(f"{at.node.bl_label} is not supported: the unlinked values of the sockets that it leads to stand in")
         return None
 
@@ -94,13 +94,13 @@ class Network:
         inner = _handed_on(socket, path)
         if inner is None:
             return None
-        # As in Cycles, an input of a muted node or a reroute has no value of its own to hand on; one of a group has.
+        # As in Cycles, inputs of groups hand on their own values, those of reroutes and muted nodes do not.
         own = _is_group(socket.node) and not socket.node.mute
         value = self.value(*inner) if own else self.arriving(*inner)
         return None if value is None else self._converted(value, inner[0].type, socket.type)
 
     def _converted(self, value: Value, source: str, target: str) -> Value:
-        """As Cycles converts between types of sockets. A number is a colour and a vector already."""
+        """A value in the type of another socket, as in Cycles. A number is a colour and a vector already."""
         if target in _NUMBERS and source not in _NUMBERS:
             return self.add("luminance" if source == "RGBA" else "average", value)
         return value
@@ -108,14 +108,14 @@ class Network:
 
 @dataclass(frozen=True)
 class At:
-    """A node in its groups, and what readers of nodes do there."""
+    """A node in its groups, with the methods that readers need."""
 
     network: Network
     node: bpy.types.Node
     path: Path
 
     def value(self, identifier: str, implicit: Callable[[], Value] | None = None) -> Value:
-        """What arrives at an input, by the socket's identifier; otherwise what the node then takes, or its unlinked value."""
+        """The value of an input, by its identifier: by its link, or else `implicit()`, or its own."""
         socket = find(self.node.inputs, identifier)
         if implicit is None:
             return self.network.value(socket, self.path)
@@ -123,12 +123,12 @@ class At:
         return implicit() if arriving is None else arriving
 
     def direction(self, identifier: str) -> Value | None:
-        """A normal or tangent; None where it is left to the surface."""
+        """A normal or tangent; None for the surface's own."""
         arriving = self.network.arriving(find(self.node.inputs, identifier), self.path)
         return None if arriving in (None, 0.0, (0.0, 0.0, 0.0)) else arriving
 
     def normal(self) -> tuple[Value, ...]:
-        """The last input of an op that depends on a normal."""
+        """The last input of an op with a normal; () for the surface's own."""
         normal = self.direction("Normal")
         return () if normal is None else (normal,)
 
@@ -152,30 +152,30 @@ class At:
 
 
 def find(sockets: bpy.types.NodeInputs, identifier: str) -> bpy.types.NodeSocket:
-    """The socket of an identifier, be it hidden; names are not unique."""
+    """The socket of an identifier, hidden or not. Names are not unique."""
     return next(socket for socket in sockets if socket.identifier == identifier)
 
 
 def link_to(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
-    """The link to an input that counts."""
+    """The link to an input that is in effect."""
     links = (link for link in socket.links if link.is_valid and not link.is_muted and not link.from_socket.is_unavailable)
     return None if socket.is_unavailable else next(links, None)
 
 
 def unlinked(socket: bpy.types.NodeSocket) -> Value:
-    """The value that an input has without a link, or an output that keeps a value."""
+    """The own value of an input, or of an output that keeps one."""
     value = socket.default_value
     return float(value) if isinstance(value, int | float) else triple(value)
 
 
 def triple(values: Sequence[float]) -> Color:
-    """The first three of Blender's numbers; an alpha is left out."""
+    """The first three of Blender's numbers, without an alpha."""
     x, y, z = values[:3]
     return float(x), float(y), float(z)
 
 
 def _hands_on(node: bpy.types.Node) -> bool:
-    """Whether a node computes nothing, but hands on what arrives."""
+    """Whether a node hands on its inputs unchanged."""
     return node.mute or node.bl_idname == "NodeReroute" or _is_group(node)
 
 
@@ -184,7 +184,7 @@ def _is_group(node: bpy.types.Node) -> bool:
 
 
 def _handed_on(output: bpy.types.NodeSocket, path: Path) -> tuple[bpy.types.NodeSocket, Path] | None:
-    """The input that an output of such a node takes its value from, and where that input is."""
+    """The input that an output of such a node hands on, and its path."""
     node = output.node
     if node.bl_idname == "NodeReroute":
         return node.inputs[0], path
@@ -193,7 +193,5 @@ def _handed_on(output: bpy.types.NodeSocket, path: Path) -> tuple[bpy.types.Node
         return (inner, path) if inner else None
     if node.bl_idname == "NodeGroupInput":
         return find(path[-1].inputs, output.identifier), path[:-1]
-    end = (
-        next((n for n in node.node_tree.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output), None) if node.node_tree else None
-    )
-    return (find(end.inputs, output.identifier), (*path, node)) if end else None
+    ends = (n for n in node.node_tree.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output) if node.node_tree else ()
+    return next(((find(end.inputs, output.identifier), (*path, node)) for end in ends), None)

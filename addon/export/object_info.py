@@ -1,4 +1,4 @@
-"""What shaders read of a whole object: the Object Info node, and the object's axes."""
+"""Object attributes: outputs of the Object Info node, and the object's axes."""
 
 from array import array
 from collections.abc import Iterable, Sequence
@@ -21,10 +21,10 @@ class ObjectInfo:
 
     def __init__(self) -> None:
         self._count = 0
-        self._values: dict[ObjectKey, array] = {}  # three numbers for each object, up to the last that was asked
+        self._values: dict[ObjectKey, array] = {}  # three numbers for each object, up to the last that has the attribute
 
     def add(self, names: Iterable[ObjectKey], instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> None:
-        """The next object; shaders that are read after it cannot be its own. InputError, and no object, where a number is not finite."""
+        """Add an object, whose shaders have been read. InputError, and no object, where a number is not finite."""
         found = [(name, object_attribute(name, instance, custom)) for name in names]
         for name, numbers in found:
             values = self._values.setdefault(name, array("f"))
@@ -33,7 +33,7 @@ class ObjectInfo:
         self._count += 1
 
     def table(self, names: Sequence[ObjectKey]) -> np.ndarray:
-        """(B, O, 3) float32; 0 where an object was not asked."""
+        """(B, O, 3) float32; 0 where an object lacks an attribute."""
         rows = np.zeros((len(names), self._count, 3), np.float32)
         for row, name in zip(rows, names, strict=True):
             values = np.array(self._values.get(name, ()), np.float32).reshape(-1, 3)
@@ -42,7 +42,7 @@ class ObjectInfo:
 
 
 def object_attribute(name: ObjectKey, instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> tuple[float, float, float]:
-    """One of `Resources.object_attributes`: a triple, or a number thrice. InputError where one is not finite."""
+    """One of `Resources.object_attributes`: a triple, or a number thrice. InputError where a number is not finite."""
     x, y, z = _custom(*name, instance, custom) if isinstance(name, tuple) else own_attribute(name, instance)
     if not np.isfinite((x, y, z)).all():
         raise InputError(f"its {name if isinstance(name, str) else name[1]} is not finite: ({x:g}, {y:g}, {z:g})")
@@ -55,7 +55,7 @@ def _custom(kind: str, name: str, part: str, instance: bpy.types.DepsgraphObject
 
 
 def own_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, float, float]:
-    """What the Object Info node offers, or an axis."""
+    """An output of the Object Info node, or an axis."""
     thing = instance.object
     if name in _AXES:
         matrix = np.array(instance.matrix_world, np.float64)[:3, :3]
@@ -70,7 +70,7 @@ def own_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tup
 
 
 def random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:
-    """0 to 1, as Cycles has it: hashed from the object's name, or by Blender from the place among its instancer's instances."""
+    """0 to 1, as in Cycles: a hash of the object's name, or for an instance Blender's own number."""
     number = instance.random_id % _WORD if instance.is_instance else _hash(_hash_string(instance.object.name))
     return number / (_WORD - 1)
 

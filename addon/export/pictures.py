@@ -1,4 +1,4 @@
-"""The pictures that an image consists of: what a sequence or movie shows in a frame, the tiles of a tiled one."""
+"""The pictures of an image: that of a sequence or movie at a frame, the tiles of a tiled image."""
 
 import re
 from collections.abc import Iterator
@@ -11,18 +11,18 @@ _LAST_NUMBER = re.compile(r"(.*?)(\d+)(\D*)", re.DOTALL)
 
 
 class Picture(NamedTuple):
-    """One of them."""
+    """A picture of an image."""
 
     tile: int  # its UDIM number; 0 where the image has no tiles
     rest: int  # how many tiles follow
-    place: str  # where its pixels are looked for
-    pixels: bpy.types.Image | None  # what has them, until the next picture is asked for; None where they cannot be read
+    place: str  # path of its file
+    pixels: bpy.types.Image | None  # has the pixels until the next picture is asked for; None where they cannot be read
 
 
 def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
-    """All pictures of an image, tiles in rising order; of an animated one that of a frame of its own, see `frame_shown`.
+    """All pictures of an image: tiles in rising order, or the picture of a frame, see `frame_shown`.
 
-    Blender gives pixels of one frame and one tile only. So other files are read as images of their own, outside of the user's file.
+    Blender gives the pixels of one frame and one tile alone: the others are read as images of their own, outside of the user's file.
     """
     if image.source == "SEQUENCE":
         found = [(0, _sequence_path(image, frame))]
@@ -34,7 +34,7 @@ def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
         yield Picture(0, 0, image.filepath, image if image.size[0] else None)
         return
     packed = {file.tile_number: file.packed_file for file in image.packed_files}
-    with bpy.data.temp_data() as data:  # to which nothing may refer when the next are made, or Blender crashes
+    with bpy.data.temp_data() as data:  # Blender crashes if anything refers to it when the next is made
         for k, (tile, path) in enumerate(found, 1):
             pixels = _unpacked(data, packed[tile].data) if packed.get(tile) else _opened(data, path)
             if pixels:
@@ -45,9 +45,9 @@ def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
 
 
 def frame_shown(image: bpy.types.Image, user: bpy.types.ImageUser, frame: int) -> int:
-    """The number of the file or picture that an animated image shows in a frame of the scene; 0 of others.
+    """The number of the picture that an animated image shows at a frame of the scene; 0 for other images.
 
-    As in Cycles: whether it refreshes or not.
+    As in Cycles, Auto Refresh has no effect.
     """
     if image.source not in ("SEQUENCE", "MOVIE"):
         return 0
@@ -59,7 +59,7 @@ def frame_shown(image: bpy.types.Image, user: bpy.types.ImageUser, frame: int) -
 
 
 def _sequence_path(image: bpy.types.Image, frame: int) -> str:
-    """The path with another number in place of the last one in its name."""
+    """The path with the frame in place of the last number of its name."""
     if not image.filepath:
         return ""
     path = Path(_absolute(image))
@@ -92,12 +92,12 @@ def _unpacked(data: bpy.types.BlendData, content: bytes) -> bpy.types.Image:
 
 
 def _set_up(data: bpy.types.BlendData, pixels: bpy.types.Image, image: bpy.types.Image, frame: int) -> None:
-    """Have a picture read as its image wants it."""
+    """Give a picture the settings of its image."""
     pixels.alpha_mode = image.alpha_mode
-    image.size[:]  # Blender chooses a colour space when it first reads an image
+    image.size[:]  # reading it makes Blender choose a colour space
     if image.colorspace_settings.name:
         pixels.colorspace_settings.name = image.colorspace_settings.name
-    if image.source == "MOVIE":  # its pixels are those of the frame that was looked up last
+    if image.source == "MOVIE":  # its pixels are of the frame that was looked up last
         texture = data.textures.new("Seek", "IMAGE")
         texture.image = pixels
         texture.image_user.frame_duration = max(frame, 1)

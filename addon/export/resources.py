@@ -1,4 +1,4 @@
-"""What shaders share and refer to by number: textures, tables, and the attributes that their objects have to bring."""
+"""Resources that shaders refer to by number: textures, tables, attributes."""
 
 from collections.abc import Callable, Hashable
 
@@ -10,35 +10,35 @@ from blender_rl_guiding.scene.ops import Alpha
 
 from .stop import Stop, never
 
-# How many of an instruction's options, from the first, are numbers of corner attributes, where they are not below zero.
+# The first so many options of an instruction are numbers of corner attributes, or below zero.
 _CORNER_OPTIONS = {"attribute": 1, "tangent": 1, "tangent_space": 3}
 
 
 class Resources:
-    """Grows while shaders are read; a thing's number is its place in the list.
+    """Grows while shaders are read. A number is a place in a list.
 
     Corner attributes have keys (kind, name), three numbers at each corner of each triangle:
-    - UV, TANGENT, TANGENT_SIGN: u v 0, MikkTSpace's tangent in the space of the object, its sign thrice, of a UV map; "" is the one
-      for rendering
+    - UV, TANGENT, TANGENT_SIGN of a UV map: u v 0; MikkTSpace's tangent in the space of the object; its sign thrice. "" is the map for
+      rendering
     - GENERATED: texture space coordinates; the name is empty
     - RADIAL: the direction around an axis ("X", "Y" or "Z") through the middle of the texture space: for Z it is (0.5 - y, x - 0.5, 0) of
       GENERATED, for X (0, 0.5 - z, y - 0.5), for Y (0.5 - z, 0, x - 0.5)
     - OBJECT: coordinates in the space of the named object; "" is the object itself
     - OBJECT_NORMAL: the shading normal in the space of the object; the name is empty
     - PARAMETRIC: barycentric coordinates of the mesh's first two corners, and 0; the name is empty
-    - ATTRIBUTE, ATTRIBUTE_ALPHA: a named attribute, colours linear, one number thrice; and its alpha thrice, 1 where it has none; "" is the
-      colour attribute for rendering
+    - ATTRIBUTE, ATTRIBUTE_ALPHA of a named attribute: its value, colours linear, a number thrice; its alpha thrice, 1 without alpha. "" is
+      the colour attribute for rendering
 
-    Object attributes, the same all over an object:
-    - random, location, color, alpha, object_index: what the Object Info node offers; one number thrice
-    - (kind, name, "Color" or "Alpha"): what the Attribute node reads of kind OBJECT, INSTANCER or VIEW_LAYER; the alpha thrice
-    - x_axis, y_axis, z_axis: columns of the inverse transpose of the 3 x 3 of matrix_world, which normals are taken to world space by
+    Object attributes, one value for an object:
+    - random, location, color, alpha, object_index: outputs of the Object Info node; a number thrice
+    - (kind, name, "Color" or "Alpha"): outputs of the Attribute node of kind OBJECT, INSTANCER or VIEW_LAYER; the alpha thrice
+    - x_axis, y_axis, z_axis: columns of the inverse transpose of the 3 x 3 of matrix_world, which takes normals to world space
     """
 
     def __init__(self, frame: int = 1, texture_limit: int = 0, stop: Stop = never) -> None:
         self.frame = frame  # of the scene
-        self.texture_limit = texture_limit  # the most texels that a side of a texture may have; 0 is no limit
-        self.stop = stop  # asked by whatever takes long
+        self.texture_limit = texture_limit  # most texels of a side of a texture; 0 is no limit
+        self.stop = stop  # for steps that take long
         self.corner_attributes: list[tuple[str, str]] = []
         self.object_attributes: list[str | tuple[str, str, str]] = []
         self.textures: list[Texture] = []
@@ -52,11 +52,11 @@ class Resources:
         return np.frombuffer(b"".join(self._tables), np.float32).reshape(-1, TABLE_SIZE, 4)
 
     def corner_attribute(self, kind: str, name: str = "") -> int:
-        """The number of a corner attribute, which is new if it has not been asked for before."""
+        """The number of a corner attribute, new or known."""
         return _number(self.corner_attributes, (kind, name))
 
     def object_attribute(self, name: str | tuple[str, str, str]) -> int:
-        """The number of an object attribute."""
+        """The number of an object attribute, new or known."""
         return _number(self.object_attributes, name)
 
     def normal_axes(self) -> tuple[int, ...]:
@@ -69,18 +69,18 @@ class Resources:
         return self._tables.setdefault(np.ascontiguousarray(rows, np.float32).tobytes(), len(self._tables))
 
     def texture(self, key: Hashable, read: Callable[[], Texture]) -> int:
-        """The number of the texture of a key, which is read where it is new."""
+        """The number of the texture of a key; `read` is called for a new one."""
         return self._texture_numbers[key] if key in self._texture_numbers else self.tiles(key, [read()])
 
     def tiles(self, key: Hashable, textures: list[Texture]) -> int:
-        """The number of the first texture of a key, for which these are taken where it is new."""
+        """The number of the first texture of a key; a new key gets these textures."""
         if key not in self._texture_numbers:
             self._texture_numbers[key] = len(self.textures)
             self.textures += textures
         return self._texture_numbers[key]
 
     def image(self, key: Hashable, read: Callable[[], tuple[int, Alpha, list[str]]]) -> tuple[int, Alpha, list[str]]:
-        """What is known of the image of a key: the number of its first texture, what becomes of its alpha, and what is lost."""
+        """The number of the first texture of an image, the use of its alpha, and its losses; `read` is called for a new key."""
         if key not in self._images:
             self._images[key] = read()
         return self._images[key]

@@ -1,4 +1,4 @@
-"""Puts the bundle together from what the other files of this folder read."""
+"""Exports a depsgraph: puts together a scene from all that the other files of this folder read."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -25,10 +25,10 @@ from .world import read_world, world_visibility
 
 
 def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop = never) -> SceneData:
-    """The scene of a depsgraph in render mode. InputError names what makes it impossible to render.
+    """The scene of a depsgraph in render mode. InputError where it cannot be rendered.
 
-    `frame_set` is that of the engine which renders the depsgraph.
-    `stop` is asked before each instance, and while another Blender is waited for; Stopped where it says yes.
+    `frame_set`: that of the engine that renders the depsgraph.
+    `stop`: called before each instance, and during waits for another Blender; raises Stopped where it returns True.
     """
     scene = depsgraph.scene
     name = Path(bpy.data.filepath).name or scene.name
@@ -83,7 +83,7 @@ def _instances(depsgraph: bpy.types.Depsgraph, stop: Stop) -> Iterator[bpy.types
 
 
 def _world(scene: bpy.types.Scene, resources: Resources) -> tuple[Shader, list[Loss]]:
-    """As `read_world`, black where a number is not finite; nothing is lost of what nothing sees."""
+    """As `read_world`; black where a number is not finite, and without losses where no ray sees the world."""
     shader, losses = read_world(scene.world, resources, scene.frame_current_final)
     if fault := fault_of_shader(shader):
         shader, losses = Shader(shader.name), [*losses, Loss(shader.name, "", f"black stands in: {fault}")]

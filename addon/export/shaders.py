@@ -1,4 +1,4 @@
-"""Trees of shader nodes as closures: Mix and Add Shader become factors on what they mix."""
+"""Trees of shader nodes as closures: Mix and Add Shader become factors on their inputs."""
 
 from collections.abc import Iterator
 
@@ -15,7 +15,7 @@ _KINDS = {
     "ShaderNodeBsdfDiffuse": "diffuse",
     "ShaderNodeBsdfTranslucent": "translucent",
     "ShaderNodeBsdfTransparent": "transparent",
-    "ShaderNodeBsdfGlossy": "glossy",  # of 4.5 and older files, too: it has both names
+    "ShaderNodeBsdfGlossy": "glossy",  # this name in files of 4.5 and older, or the next
     "ShaderNodeBsdfAnisotropic": "glossy",
     "ShaderNodeBsdfMetallic": "metallic",
     "ShaderNodeBsdfGlass": "glass",
@@ -24,7 +24,7 @@ _KINDS = {
     "ShaderNodeBsdfPrincipled": "principled",
     "ShaderNodeEmission": "emission",
 }
-# Inputs that turn something off at 0, with those that only shape it.
+# Inputs that turn a part off at 0, and the inputs that only shape this part.
 _SHAPING = {
     "coat_weight": ("coat_roughness", "coat_ior", "coat_tint", "coat_normal"),
     "sheen_weight": ("sheen_roughness", "sheen_tint"),
@@ -33,7 +33,7 @@ _SHAPING = {
     "anisotropic": ("anisotropic_rotation", "tangent"),
     "anisotropy": ("rotation", "tangent"),
 }
-# What has no counterpart here, by socket: a value other than 0 is noted.
+# Sockets that are ignored: a value other than 0 is a loss.
 _LOST = {
     "Subsurface Weight": "subsurface scattering is not supported: diffuse reflection stands in",
     "Thin Wall": "a solid stands in",
@@ -42,7 +42,7 @@ _LOST = {
 
 
 def closures_at(network: Network, socket: bpy.types.NodeSocket, path: Path = (), weight: Value = 1.0) -> Iterator[Closure]:
-    """The closures that arrive at an input for shaders; none where nothing arrives, which is black."""
+    """The closures of an input for shaders, times `weight`; none without a link, which is black."""
     at = network.shader(socket, path)
     if at is None or _is_zero(weight):
         return
@@ -64,7 +64,7 @@ def _closure(at: At, weight: Value) -> Iterator[Closure]:
     elif kind == "emission" or (at.network.lamp and at.node.bl_idname == "ShaderNodeBackground"):
         yield from emission(at, weight)
     elif at.network.lamp:
-        if kind == "principled":  # whatever else there is has no effect on a lamp
+        if kind == "principled":  # other closures have no effect on a lamp
             yield Closure(kind, weight, _inputs(at, kind))
     elif kind is None:
         yield _stand_in(at, weight)
@@ -83,7 +83,7 @@ def _of_world(at: At, weight: Value) -> Iterator[Closure]:
 
 
 def emission(at: At, weight: Value) -> Iterator[Closure]:
-    """What an Emission or Background node adds, unless it is black."""
+    """The closure of an Emission or Background node, unless it is black."""
     if _is_off(at, "Color") or _is_off(at, "Strength"):
         return
     color, strength = at.value("Color"), at.value("Strength")
@@ -102,7 +102,7 @@ def _stand_in(at: At, weight: Value) -> Closure:
 
 
 def _inputs(at: At, kind: str) -> dict[str, Value]:
-    """Those inputs of a closure that the node has sockets for, without those that have nothing to shape."""
+    """The inputs of a closure, without those that shape a part that is off."""
     names = [name for name in CLOSURES[kind] if name != "multiscatter"]
     idle = {shaping for name in names for shaping in _SHAPING.get(name, ()) if _is_off(at, _socket(name))}
     values = {name: at.direction(_socket(name)) if name in _DIRECTIONS else at.value(_socket(name)) for name in names if name not in idle}
@@ -118,7 +118,7 @@ def _socket(name: str) -> str:
 
 
 def _distribution(at: At, kind: str) -> dict[str, Value]:
-    """Whether energy is compensated for, by the model of rough surfaces that a node asks for."""
+    """`multiscatter` of a closure, by the distribution that the node has."""
     model = getattr(at.node, "distribution", "")
     if kind == "sheen" and model != "MICROFIBER":
         at.note(f"distribution {model}: MICROFIBER stands in")
@@ -134,7 +134,7 @@ def _is_black(at: At) -> bool:
 
 
 def _is_off(at: At, identifier: str) -> bool:
-    """Whether an input is 0 or black, and nothing can change it."""
+    """Whether an input is 0 or black, without a link."""
     return not at.linked(identifier) and _is_zero(at.value(identifier))
 
 

@@ -1,11 +1,11 @@
-"""What Simplify does to a render in Cycles, beyond what Blender does by itself: smaller textures."""
+"""Smaller textures by Simplify: Blender leaves this part of it to Cycles."""
 
 import bpy
 import numpy as np
 
 
 def texture_limit(scene: bpy.types.Scene) -> int:
-    """The most pixels that a side of a texture may have in a render; 0 is no limit."""
+    """The most texels of a side of a texture in a render; 0 is no limit."""
     if not (scene.render.use_simplify and hasattr(scene, "cycles")):
         return 0
     limit = scene.cycles.texture_limit_render
@@ -18,9 +18,9 @@ def is_above(limit: int, width: int, height: int) -> bool:
 
 
 def shrunk(texels: np.ndarray, limit: int, *, multiply: bool) -> np.ndarray:
-    """(H, W, 4) texels halved until no side is above the limit: means of squares, of codes as of floats, as in Cycles.
+    """(H, W, 4) texels halved until no side is above the limit: means of squares, of codes and of floats alike, as in Cycles.
 
-    With `multiply` colours are multiplied by alpha before. Squares begin at the bottom left; what makes no whole one is left out.
+    `multiply`: multiplies colours by alpha first. Squares begin at the bottom left; incomplete ones are left out.
     """
     height, width, channels = texels.shape
     size = 1
@@ -35,7 +35,7 @@ def shrunk(texels: np.ndarray, limit: int, *, multiply: bool) -> np.ndarray:
 
 
 def _multiplied(texels: np.ndarray) -> np.ndarray:
-    """By alpha; codes are rounded down, as where they are read."""
+    """Colours times alpha; codes are rounded down, as on reading."""
     result, alpha = texels.copy(), texels[..., 3:]
     if texels.dtype == np.uint8:
         result[..., :3] = texels[..., :3].astype(np.uint16) * alpha // 255

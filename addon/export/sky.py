@@ -1,6 +1,6 @@
-"""What Cycles makes of a Sky Texture node, asked of a Blender of its own and kept in the user's cache.
+"""The sky of a Sky Texture node: rendered by Cycles in a Blender of its own, and kept in the user's cache.
 
-A scene with nothing but the node is rendered there: exact for every model and version of Blender, and nobody's tables are copied.
+So it is exact for every model and version of Blender, and no tables are copied.
 """
 
 import contextlib
@@ -26,9 +26,9 @@ from . import by_cycles
 from .stop import Stop, never
 
 _SHAPES = {"picture": (256, 512, 3), "disc": (TABLE_SIZE, 3)}
-_KEPT = 64  # skies of 1.6 MB: an animated sun makes one a frame
+_KEPT = 64  # skies of 1.6 MB; an animated sun makes one for each frame
 _SMALLEST = 0.0005  # radians, of a sun's disc: Cycles makes it no smaller
-# Means over all directions of new nodes by their model, of the sky and of the sun: what stands in where there is no picture.
+# By model, of a new node: the mean colour over all directions of the sky, and of the sun. They stand in where there is no picture.
 _USUAL = {
     "SINGLE_SCATTERING": ((2.08, 2.07, 2.01), (9.76, 7.08, 3.95)),
     "MULTIPLE_SCATTERING": ((1.93, 2.58, 3.49), (10.1, 7.45, 4.22)),
@@ -36,7 +36,7 @@ _USUAL = {
     "PREETHAM": ((0.597, 0.679, 0.997), (0.0, 0.0, 0.0)),
     "HOSEK_WILKIE": ((0.083, 0.154, 0.219), (0.0, 0.0, 0.0)),
 }
-# Models whose sun is where the property sun_direction has it, and has no disc.
+# Models whose sun follows the property sun_direction, without a disc.
 _BY_DIRECTION = ("PREETHAM", "HOSEK_WILKIE")
 
 
@@ -44,18 +44,20 @@ class Sky(NamedTuple):
     """A sky, and the sun that may be added to it."""
 
     picture: np.ndarray  # (256, 512, 3) float32, top row first, for `Projection.HORIZON`
-    disc: np.ndarray  # (256, 3) float32, across the sun's disc from below for an intensity of 1, see `sun_disc` of `scene.ops`; 0 without
-    rotation: float  # radians around z, which take the sun to above +y, where it is in the picture
+    disc: np.ndarray  # (256, 3) float32, up across the sun's disc at intensity 1, see `sun_disc` of `scene.ops`; 0 without a sun
+    rotation: float  # radians around z, from the node's sun to the picture's, which is above +y
     elevation: float  # radians, at most pi / 2 from the horizon
     size: float  # radians across the disc
 
 
 def read_sky(node: bpy.types.Node, stop: Stop = never) -> Sky:
-    """The sky of a node. InputError says in one line why there is none. Stopped as in `by_cycles.render`."""
+    """The sky of a node. InputError where there is none. Stopped as in `by_cycles.render`."""
     values = _values(node)
-    # An elevation beyond the zenith is one on the other side.
-    elevation, beyond = math.asin(math.sin(node.sun_elevation)), math.cos(node.sun_elevation) < 0
-    rotation, size = node.sun_rotation + math.pi * beyond, max(node.sun_size, _SMALLEST)
+    # Beyond the zenith, the sun is on the other side.
+    elevation, size = math.asin(math.sin(node.sun_elevation)), max(node.sun_size, _SMALLEST)
+    rotation = node.sun_rotation
+    if math.cos(node.sun_elevation) < 0:
+        rotation += math.pi
     if node.sky_type in _BY_DIRECTION:
         rotation = 0.0
     values |= {"sun_elevation": elevation, "sun_rotation": 0.0, "sun_size": size, "sun_intensity": 1.0}
@@ -64,15 +66,15 @@ def read_sky(node: bpy.types.Node, stop: Stop = never) -> Sky:
 
 
 def _values(node: bpy.types.Node) -> dict[str, Any]:
-    """The properties that only a node of this kind has."""
+    """The properties that belong to this kind of node alone."""
     own = [p for p in node.bl_rna.properties if p.identifier not in bpy.types.Node.bl_rna.properties and p.type != "POINTER"]
     return {p.identifier: list(value) if getattr(p, "is_array", False) else value for p in own for value in [getattr(node, p.identifier)]}
 
 
 def usual_color(node: bpy.types.Node) -> Color:
-    """The mean over all directions, sun included, of the node's model with its other properties as they are in a new node."""
+    """The mean over all directions, sun included, of a new node of the same model."""
     sky, sun = _USUAL.get(node.sky_type, _USUAL["MULTIPLE_SCATTERING"])
-    intensity = node.sun_intensity * node.sun_disc
+    intensity = node.sun_intensity if node.sun_disc else 0.0
     red, green, blue = (a + intensity * b for a, b in zip(sky, sun, strict=True))
     return red, green, blue
 
@@ -81,7 +83,7 @@ def usual_color(node: bpy.types.Node) -> Color:
 
 
 def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
-    """The pictures of a node's properties, made anew where they are not kept, or damaged."""
+    """The pictures of a node's properties: kept ones, or new ones where none are kept or they are damaged."""
     made_by = bpy.app.version_string, str(bpy.app.build_hash), os.environ.get("OCIO"), by_cycles.SCRIPT.read_text(encoding="utf-8")
     key = hashlib.sha256(json.dumps([values, made_by], sort_keys=True).encode()).hexdigest()
     skies = folder("skies")
@@ -102,7 +104,7 @@ def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
 
 
 def _read(path: Path) -> dict[str, np.ndarray]:
-    """A sky as it was kept. InputError where the file cannot be read, or is not as it was written."""
+    """A kept sky. InputError where the file cannot be read, or has changed."""
     with opened(path, "a sky") as file:
         arrays = {name: file.array(name, [np.float32], shape) for name, shape in _SHAPES.items()}
         if file.text("sha256") != _digest(path, arrays):
@@ -111,12 +113,12 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 
 
 def _digest(path: Path, arrays: dict[str, np.ndarray]) -> str:
-    """Of the file's name as well, which is the key: a sky that took the place of another is not it."""
+    """Of the arrays, and of the file's name, which is the key: no sky passes for another."""
     return hashlib.sha256(path.name.encode() + b"".join(array.tobytes() for array in arrays.values())).hexdigest()
 
 
 def _let_go(folder: Path) -> None:
-    """Remove all but the newest; another process may do so at the same time."""
+    """Remove all but the newest. Another process may be doing so, too."""
     with contextlib.suppress(OSError):
         newest = sorted(folder.glob("[!.]*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
         for file in newest[_KEPT:]:

@@ -1,8 +1,8 @@
-"""How a user who has enough ends an export."""
+"""Ends an export when the user has enough."""
 
 from collections.abc import Callable
 
-Stop = Callable[[], bool]  # says whether the user has enough
+Stop = Callable[[], bool]  # True if the user has enough
 
 
 class Stopped(Exception):  # noqa: N818  # it is no error
@@ -10,5 +10,5 @@ class Stopped(Exception):  # noqa: N818  # it is no error
 
 
 def never() -> bool:
-    """The `Stop` where nobody can ask for it."""
+    """The `Stop` where no user can ask for it."""
     return False

@@ -1,7 +1,7 @@
 """Tangents of a UV map as MikkTSpace defines them (Morten Mikkelsen, http://www.mikktspace.com), on triangles as in Cycles.
 
-Not handled: triangles that touch in a vertex alone, with one normal and one UV, share their tangent, too; and a triangle without
-area in the UV map has a tangent of its own.
+Differences: triangles that share a vertex alone, with equal normal and UV, share the tangent; a triangle without area in the UV map has a
+tangent of its own.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ def tangents(points: Corners, normals: Corners, uvs: Corners) -> tuple[np.ndarra
 
 
 def _along_u(points: Corners, uvs: Corners) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 3), the direction on each triangle in which u grows, and (T,) bool, whether it is not mirrored in the UV map."""
+    """(T, 3), the direction in which u grows; and (T,) bool, False where the UV map mirrors the triangle."""
     (a, b), (s, t) = (np.moveaxis(x[:, 1:].astype(np.float64) - x[:, :1], 1, 0) for x in (points, uvs))
     positive = s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0] > 0
     along = t[:, 1:] * a - s[:, 1:] * b
@@ -27,13 +27,13 @@ def _along_u(points: Corners, uvs: Corners) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _angles(points: Corners, normals: Corners) -> np.ndarray:
-    """(T, 3), the angles of the triangles as seen along the normals."""
+    """(T, 3), the angles of the triangles, seen along the normals."""
     to_next, to_last = (_unit(_across(np.roll(points, -step, axis=1).astype(np.float64) - points, normals)) for step in (1, 2))
     return np.arccos((to_next * to_last).sum(axis=2).clip(-1, 1))
 
 
 def _equal_corners(points: Corners, normals: Corners, uvs: Corners, positive: np.ndarray) -> np.ndarray:
-    """(3 T,) numbers that are equal where corners are, in everything that a tangent may depend on."""
+    """(3 T,) numbers: equal for corners that are equal in all that a tangent depends on."""
     side = np.repeat(positive[:, None, None], 3, axis=1)
     rows = np.concatenate([points, normals, uvs, side], axis=2, dtype=np.float32).reshape(3 * len(points), -1)
     rows += np.float32(0)  # a negative zero is a zero
@@ -41,7 +41,7 @@ def _equal_corners(points: Corners, normals: Corners, uvs: Corners, positive: np
 
 
 def _across(vectors: np.ndarray, normals: Corners) -> np.ndarray:
-    """What of the vectors is perpendicular to the normals."""
+    """v - (v . n) n."""
     return vectors - (vectors * normals).sum(axis=2, keepdims=True) * normals
 
 

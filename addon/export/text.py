@@ -1,4 +1,4 @@
-"""Names as text: Blender allows any bytes in them."""
+"""Names as text: Blender allows any bytes in a name."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +9,7 @@ from blender_rl_guiding.scene.description import Loss
 
 @contextmanager
 def read_names() -> Iterator[None]:
-    """A block, or a function, that reads names. InputError on one that is no UTF-8, of which Python has only the bytes."""
+    """A block or a function that reads names. InputError where a name is not UTF-8."""
     try:
         yield
     except UnicodeDecodeError as error:
@@ -17,5 +17,5 @@ def read_names() -> Iterator[None]:
 
 
 def shown(loss: Loss) -> Loss:
-    """The same in text: paths may have halves of characters, which stand for such bytes."""
+    """The loss in text: surrogates in paths, which stand for such bytes, become question marks."""
     return Loss(*(said.encode(errors="replace").decode() for said in (loss.object, loss.where, loss.detail)))

@@ -8,12 +8,12 @@ RAY_KINDS = {"camera": CAMERA, "diffuse": DIFFUSE, "glossy": GLOSSY, "transmissi
 
 
 def source(instance: bpy.types.DepsgraphObjectInstance) -> bpy.types.Object:
-    """The object of the view layer that an instance comes from: whoever makes the instances, or the object itself."""
+    """The object of the view layer behind an instance: its instancer, or the object itself."""
     return instance.parent if instance.is_instance else instance.object
 
 
 def visibility(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> int:
-    """A sum of kinds of rays. As in Cycles both the object and whoever makes the instances have a say."""
+    """A sum of kinds of rays: those that both the object and its instancer allow, as in Cycles."""
     seen = _switches(instance.object)
     if instance.is_instance:
         seen &= _switches(instance.parent)

@@ -1,4 +1,4 @@
-"""The surroundings as a shader; where a node of it is not supported, a picture of what it looks like."""
+"""The world as a shader; a picture stands in for a node that is not supported."""
 
 from pathlib import Path
 
@@ -13,20 +13,21 @@ from blender_rl_guiding.scene.ops import Interpolation, Projection
 from . import by_cycles
 from .materials import has_nodes
 from .network import At, Network, link_to, triple
+from .nodes import READERS
 from .resources import Resources
 from .shaders import closures_at
 from .visibility import RAY_KINDS
 
 _PICTURE = (512, 1024, 3)
-# Nodes that know more of a ray than its direction.
+# Nodes that read more of a ray than its direction.
 _OF_RAYS = ("ShaderNodeTexCoord", "ShaderNodeCameraData", "ShaderNodeLightPath")
 
 
 class _WorldNetwork(Network):
-    """Has a picture of each node that cannot be read."""
+    """Takes a picture of each node that cannot be read."""
 
     def __init__(self, resources: Resources, world: bpy.types.World, frame: float) -> None:
-        super().__init__(resources, world=True)
+        super().__init__(READERS, resources, world=True)
         self._world, self._frame = world, frame
 
     def read(self, at: At, output: str) -> Value | None:
@@ -46,7 +47,7 @@ class _WorldNetwork(Network):
 
 
 def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Texture:
-    """What comes out of a node, all around. InputError where Blender does not tell."""
+    """The output of a node in all directions. InputError where Blender fails."""
     with temporary_folder() as folder:
         blend = _file_with(world.original, Path(folder, "world.blend"))
         groups = [group.name for group in at.path]
@@ -56,7 +57,7 @@ def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Textu
 
 
 def _file_with(world: bpy.types.World, path: Path) -> Path:
-    """A file that has a world: its library where it is linked, as only the link would be written, or else a new one. InputError."""
+    """A file with a world: the library of a linked world, for only the link would be written; or else a new file. InputError."""
     if world.library:
         return Path(bpy.path.abspath(world.library.filepath))
     try:
@@ -67,7 +68,7 @@ def _file_with(world: bpy.types.World, path: Path) -> Path:
 
 
 def read_world(world: bpy.types.World | None, resources: Resources, frame: float = 1.0) -> tuple[Shader, list[Loss]]:
-    """As in Cycles no world is black, and a world without nodes is its colour. Nodes are looked at in a frame."""
+    """As in Cycles: no world is black, and a world without nodes is its colour. `frame` is for pictures of nodes."""
     if world is None:
         return Shader(""), []
     if not has_nodes(world):

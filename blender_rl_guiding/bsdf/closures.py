@@ -1,4 +1,4 @@
-"""From a shader's closures to lobes: all of them but Principled. Each `add_...` returns the new number of lobes."""
+"""The lobes of a shader's closures, all but Principled. Each `add_...` writes row `count` and returns the new number of lobes."""
 
 import math
 
@@ -38,7 +38,7 @@ def relative_ior(point, ior):
 
 @part
 def aspect(alpha, anisotropy):
-    """The pair of squared roughnesses of Principled and Metallic, along the tangent and across it."""
+    """(alpha_x, alpha_y) of Principled and Metallic: squared roughness along the tangent and across it."""
     if anisotropy == F(0):
         return alpha, alpha
     ratio = math.sqrt(F(1) - F(0.9) * anisotropy)
@@ -47,7 +47,7 @@ def aspect(alpha, anisotropy):
 
 @part
 def _stretch(alpha, anisotropy):
-    """The pair of squared roughnesses of the Glossy BSDF."""
+    """(alpha_x, alpha_y) of the Glossy BSDF."""
     a = min(max(anisotropy, F(-0.99)), F(0.99))
     if a < F(0):
         return min(alpha / (F(1) + a), F(1)), alpha * (F(1) + a)

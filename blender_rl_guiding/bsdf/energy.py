@@ -1,7 +1,7 @@
-"""Albedos of microfacet lobes, from tables, and the energy that they lose to light scattered more than once.
+"""Albedos of microfacet lobes, from tables, and a compensation for light that they scatter more than once.
 
-The compensation is that of Kulla and Conty 2017 as Cycles has it: the lobe is divided by its albedo E, and darkened where the
-colour of repeated reflections demands it. Tables: see `precompute`.
+The compensation is that of Kulla and Conty 2017, as in Cycles: the lobe is divided by its albedo E, and multiplied by the `darkening`
+of repeated coloured reflections. `precompute` makes the tables.
 """
 
 import math
@@ -22,8 +22,8 @@ _SHEEN = _tables["sheen"]
 
 @part
 def _cell(x, size):
-    """Where x in [0, 1] lies among equally spaced samples: the one below, the one above, and the share of the latter."""
-    at = min(x, F(1)) * F(size - 1) if x > F(0) else F(0)  # NaN counts as 0, so that none of a texture's leads out of the table
+    """The samples below and above x, of `size` samples equally spaced over [0, 1], and the weight of the latter."""
+    at = min(x, F(1)) * F(size - 1) if x > F(0) else F(0)  # NaN, perhaps from a texture, counts as 0: it stays in the table
     low = np.int32(at)
     return low, min(low + 1, size - 1), at - F(low)
 
@@ -53,13 +53,13 @@ def _trilinear(table, x, y, z):
 
 @part
 def roughness_of(alpha_x, alpha_y):
-    """The roughness that the tables are made for."""
+    """(alpha_x alpha_y)^(1/4), the roughness in the tables."""
     return math.sqrt(math.sqrt(alpha_x * alpha_y))
 
 
 @part
 def ior_coordinate(ior):
-    """Where the tables have an ior above 1, or its inverse."""
+    """z = sqrt(|ior - 1| / (ior + 1)), the coordinate of an ior in the tables; the same for its inverse."""
     return math.sqrt(abs(ior - F(1)) / (ior + F(1)))
 
 
@@ -78,13 +78,13 @@ def glass_albedo(roughness, cosine, ior):
 
 @part
 def schlick_albedo(roughness, cosine, ior):
-    """The share of white in the albedo of a lobe whose reflectance runs from f0 to white by `fresnel.schlick_share`."""
+    """The s with albedo towards_white(f0, s), for a compensated lobe whose Fresnel curve is `fresnel.schlick_share`."""
     return _trilinear(_SCHLICK, ior_coordinate(ior), cosine, roughness)
 
 
 @part
 def schlick5_albedo(roughness, cosine):
-    """The same for Schlick's curve with the exponent 5."""
+    """The same for Schlick's curve (1 - cos)^5."""
     return _bilinear(_SCHLICK5, cosine, roughness)
 
 
@@ -96,12 +96,12 @@ def sheen_fit(cosine, roughness):
 
 @part
 def _darkening(average, albedo, fss):
-    """The share of a compensated lobe that remains where each reflection keeps fss of the light."""
+    """E + fms (1 - E) with fms = fss A / (1 - fss (1 - A)): what remains if each reflection keeps fss; A is the average of E."""
     fms = fss * average / (F(1) - fss * (F(1) - average))
     return albedo + fms * (F(1) - albedo)
 
 
 @part
 def darkening(average, albedo, fss):
-    """`_darkening` for each colour; a lobe of albedo 1 for white is multiplied by it."""
+    """`_darkening` for each channel: the factor on a lobe that was divided by E."""
     return _darkening(average, albedo, fss[0]), _darkening(average, albedo, fss[1]), _darkening(average, albedo, fss[2])

@@ -1,4 +1,4 @@
-"""Tangent frames of lobes that turn with a tangent."""
+"""Tangent frames of lobes that are not symmetric about their normal."""
 
 import math
 
@@ -18,7 +18,7 @@ def frame(n, tangent):
 
 @part
 def turned(v, axis, turns):
-    """v turned about the unit axis, counter-clockwise for who looks against it (Rodrigues)."""
+    """v rotated by `turns` about the unit axis, right-handed (Rodrigues)."""
     if turns == F(0):
         return v
     c, s = math.cos(TWO_PI * turns), math.sin(TWO_PI * turns)

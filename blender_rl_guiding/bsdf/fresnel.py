@@ -1,4 +1,4 @@
-"""How much an interface reflects: dielectrics exactly, and the two curves that Blender's materials bend them into.
+"""Reflectance of interfaces: of dielectrics by Fresnel's equations, and by the two curves of Blender's materials.
 
 An ior is that of the far side over that of wo's side.
 """
@@ -70,7 +70,7 @@ def ior_of(f0):
 
 @part
 def schlick_share(cosine, ior):
-    """Where a dielectric's reflectance lies between that at normal incidence (0) and all (1): the curve between f0 and white."""
+    """(R(cosine) - R(1)) / (1 - R(1)), for a dielectric's reflectance R: the s of the curve towards_white(f0, s)."""
     f0 = normal_reflectance(ior)
     return saturate((dielectric(cosine, ior) - f0) / (F(1) - f0))
 
@@ -84,7 +84,7 @@ def schlick_share_average(ior):
 
 @part
 def f82_lowering(f0, tint):
-    """What lowers Schlick's curve so that it is multiplied by the tint at about 82 degrees (Kutz et al. 2021, F82-tint)."""
+    """The b of `f82` that multiplies Schlick's curve by the tint at about 82 degrees (Kutz et al. 2021, F82-tint)."""
     schlick = towards_white(f0, F(_F82))
     b = scale(schlick, F(7 / (_F82 * 6 / 7)))
     return b[0] * (F(1) - tint[0]), b[1] * (F(1) - tint[1]), b[2] * (F(1) - tint[2])
@@ -92,7 +92,7 @@ def f82_lowering(f0, tint):
 
 @part
 def f82(cosine, f0, b):
-    """Reflectance of a metal at this cosine: Schlick's curve lowered by b."""
+    """Reflectance of a metal, f0 + (1 - f0) (1 - cos)^5 - b cos (1 - cos)^6: Schlick's curve lowered by b."""
     s = saturate(F(1) - cosine)
     s5 = s * s * s * s * s
     r = towards_white(f0, s5)

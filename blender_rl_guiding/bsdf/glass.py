@@ -1,7 +1,7 @@
 """Microfacet glass: reflection and refraction by one interface, or refraction alone.
 
-As in Cycles, transmitted light is not scaled by the square of the ior: f |cos| integrates to what is transmitted. Unlike Cycles,
-microfacets that would have to be seen from behind transmit nothing; its sampling agrees, its evaluation does not.
+As in Cycles, transmitted light is not scaled by the square of the ior: f |cos| integrates to the transmittance. Microfacets that wo or
+wi sees from behind transmit nothing. Cycles' sampling agrees with that, its evaluation does not.
 """
 
 from ..kernels import part
@@ -40,7 +40,7 @@ def _interface(lobes, k, ior, alpha):
 
 @part
 def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
-    """Write glass as row k; `tints` are the colours of what it reflects and of what it transmits, f0 is at most 1."""
+    """Write glass as row k; `tints` are the colours of its reflection and of its transmission, f0 is at most 1."""
     cosine, roughness, gain = dot(n, point.wo), energy.roughness_of(alpha, alpha), F(1)
     if multiscatter != F(0):
         e, average = energy.glass_albedo(roughness, cosine, ior)
@@ -49,7 +49,7 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
         weight = multiply(weight, energy.darkening(average, e, fss))
         gain = F(1) / e
     share = fresnel.schlick_share(cosine, ior)
-    # The table knows nothing of total reflection, and a lobe that is picked more rarely than it scatters makes fireflies.
+    # The table has no total reflection. A lobe that is picked more rarely than it scatters would make fireflies.
     reflected = fresnel.towards_white(f0, energy.schlick_albedo(roughness, cosine, ior) if ior >= F(1) else share)
     refracted = subtract((F(1), F(1), F(1)), fresnel.towards_white(f0, share))
     albedo = add(multiply(reflected, tints[0]), multiply(refracted, tints[1]))
@@ -62,14 +62,14 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
 
 @part
 def setup_refraction(lobes, k, point, n, color, ior, alpha):
-    """Write refraction alone as row k: all that is not reflected totally."""
+    """Write refraction alone as row k: it transmits all light but that of total reflection."""
     write(lobes, k, REFRACTION, point, n, color, color)
     _interface(lobes, k, ior, alpha)
 
 
 @part
 def _shares(lobes, k, cosine):
-    """What a microfacet reflects and transmits, RGB each."""
+    """Reflectance and transmittance of a microfacet, RGB each."""
     ior = lobes[k, IOR]
     if lobes[k, KIND] == REFRACTION:
         t = F(1) if fresnel.refracted_cosine(cosine, ior) > F(0) else F(0)
@@ -81,7 +81,7 @@ def _shares(lobes, k, cosine):
 
 @part
 def _reflecting(reflected, transmitted):
-    """Probability that a reflection is sampled."""
+    """r / (r + t), for means r and t over the channels: the probability that a reflection is sampled."""
     r, t = (reflected[0] + reflected[1] + reflected[2]) * _THIRD, (transmitted[0] + transmitted[1] + transmitted[2]) * _THIRD
     return r / (r + t) if r + t > F(0) else F(1)
 
@@ -95,7 +95,7 @@ def _bent(wo, h, ior):
 
 @part
 def _half(wo, wi, n, ior, refracts):
-    """The microfacet's normal, above the surface, that sends wo to wi, and the factor from its density to that of wi."""
+    """The normal h, above the surface, of the microfacet that sends wo to wi, and (wo.h) |dh / dwi|; 0 if there is none."""
     if not refracts:
         return normalize(add(wo, wi)), F(0.25)
     h = scale(add(scale(wi, ior), wo), F(-1))

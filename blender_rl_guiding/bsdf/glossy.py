@@ -1,4 +1,4 @@
-"""Microfacet reflection: GGX with one of three Fresnel curves, turned with a tangent where it is anisotropic."""
+"""Microfacet reflection: GGX with one of three Fresnel curves; an anisotropic lobe turns with a tangent."""
 
 from ..kernels import part
 from ..kernels.sampling import F, add, cross, dot, multiply, normalize, scale, subtract, tangents, to_local, to_world
@@ -13,7 +13,7 @@ _WHITE, _SCHLICK, _METAL = F(0), F(1), F(2)  # Fresnel curves
 
 @part
 def _compensated(weight, fss, alpha, cosine, multiscatter):
-    """The weight darkened, and the gain, by which light scattered more than once is made up for."""
+    """The darkened weight, and the gain 1 / E: together they make up for light that is scattered more than once."""
     if multiscatter == F(0):
         return weight, F(1)
     e, average = energy.reflection_albedo(energy.roughness_of(alpha[0], alpha[1]), cosine)
@@ -34,7 +34,7 @@ def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
 def setup(lobes, k, point, n, weight, color, alpha, tangent, multiscatter):
     """Write a lobe without Fresnel as row k. `alpha` is the pair of squared roughnesses along the tangent and across it, up to 1.
 
-    The weight has the colour in it already; the colour itself tints what is scattered more than once.
+    The weight includes the colour already; the colour itself tints light that is scattered more than once.
     """
     weight, gain = _compensated(weight, color, alpha, dot(n, point.wo), multiscatter)
     _setup(lobes, k, point, n, weight, gain, weight, alpha, tangent)
@@ -43,7 +43,7 @@ def setup(lobes, k, point, n, weight, color, alpha, tangent, multiscatter):
 
 @part
 def dielectric_layer(n, wo, weight, f0, ior, alpha, multiscatter):
-    """Weight, gain and albedo of a dielectric's reflection whose reflectance at normal incidence is bent to f0."""
+    """Weight, gain and albedo of a dielectric's reflection, with f0 as its reflectance at normal incidence."""
     fss = fresnel.towards_white(f0, fresnel.schlick_share_average(ior))
     weight, gain = _compensated(weight, fss, alpha, dot(n, wo), multiscatter)
     share = energy.schlick_albedo(energy.roughness_of(alpha[0], alpha[1]), dot(n, wo), ior)
@@ -90,7 +90,7 @@ def mirrored(v, h):
 
 @part
 def _shape(lobes, k, wo, wi, h):
-    """D, Lambda(wo) and Lambda(wi) of wo and wi above the lobe's normal, with h half way between them."""
+    """D(h), Lambda(wo) and Lambda(wi); wo and wi are above the lobe's normal, h is half way between them."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
     if alpha_x == alpha_y:
         across, along, alpha2 = cross(n, h), dot(n, h), alpha_x * alpha_y
@@ -114,7 +114,7 @@ def evaluate(lobes, k, wo, wi):
 
 @part
 def half_vector(lobes, k, wo, u, v):
-    """A microfacet's normal in world space, by those that wo sees; the lobe's own where it is singular."""
+    """A sample of the microfacet normals that wo sees, in world space; the lobe's own normal if it is singular."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
     if lobes[k, SINGULAR] != F(0):
         return n

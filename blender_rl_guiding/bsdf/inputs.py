@@ -1,6 +1,6 @@
-"""How the inputs of a closure are read: gathered first, then by name, as rows of an array.
+"""Inputs of a closure: `gather` makes them rows of an array, then lobes read each by its name.
 
-Passing all shaders to every function of a lobe would cost each call a hundred arguments, and compilation a minute.
+Passing all shaders to every function of a lobe would cost a hundred arguments a call, and a minute of compiling.
 """
 
 from collections import namedtuple
@@ -27,12 +27,12 @@ def kind(name: str) -> int:
 
 @merged
 def gather(shading, registers, row):
-    """The weight and the inputs of a closure, zero where there is none: (31, 3) float32, good until the next closure is gathered."""
+    """The weight and the inputs of a closure, zero where there is none: (31, 3) float32, valid until the next `gather`."""
     constant, first, end = shading.inputs[row], shading.first_varying[row], shading.first_varying[row + 1]
     inputs = constant
-    if first < end:  # of most closures all is constant, and nothing has to be moved
+    if first < end:  # most closures are constant: nothing has to be copied
         inputs = registers[CODE_REGISTERS:]
-        for k in range(constant.shape[0]):  # all that any closure may have: moving them in one go is quicker than counting
+        for k in range(constant.shape[0]):  # all rows: faster than to count those that the closure has
             store(inputs, k, vector(constant, k))
         for v in range(first, end):
             store(inputs, shading.varying[v, 0], vector(registers, shading.varying[v, 1]))
@@ -59,7 +59,7 @@ def factor(inputs, row):
 
 @part
 def positive(inputs, row):
-    """A number; below 1e-5 it counts as that."""
+    """A number, at least 1e-5."""
     return max(inputs[row, 0], F(1e-5))
 
 

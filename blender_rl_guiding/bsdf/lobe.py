@@ -1,17 +1,17 @@
-"""How a lobe lies in the scratch array: one row of float32, its columns named here."""
+"""A lobe is one row of float32 in the scratch array; its columns are named here."""
 
 import numpy as np
 
 from ..kernels import part
 from ..kernels.sampling import F, dot, luminance, normalize
 
-LOBES, COLUMNS = 65, 32  # shape of the scratch array: as many as Cycles keeps, and a last row, so that writing needs no test
+LOBES, COLUMNS = 65, 32  # shape of the scratch array: as many lobes as Cycles keeps, and one row more, so that writing needs no test
 CUTOFF = F(1e-5)  # lobes of a smaller albedo are left out
 
 # Kinds of lobes.
 DIFFUSE, OREN_NAYAR, SHEEN, TRANSLUCENT, GLOSSY, GLASS, REFRACTION = (F(k) for k in range(7))
 
-# Columns of every lobe; three of them hold a vector or a colour. Typed, as kernels are compiled anew for every literal number.
+# Columns of every lobe; a vector or a colour takes three. np.int64, because Numba compiles anew for every literal number.
 KIND = np.int64(0)
 PROBABILITY = np.int64(1)  # of being picked
 SINGULAR = np.int64(2)  # 1 if the lobe scatters into single directions
@@ -26,7 +26,7 @@ TANGENT = np.int64(16)
 ALPHA_X, ALPHA_Y = np.int64(19), np.int64(20)
 IOR = np.int64(21)  # of the far side over this one
 F0 = np.int64(22)
-F82 = np.int64(25)  # of metals: what Schlick's curve is lowered by
+F82 = np.int64(25)  # of metals: the b of `fresnel.f82`
 TRANSMISSION_TINT = np.int64(25)  # of glass
 REFLECTION_TINT = np.int64(28)  # of glass
 FRESNEL = np.int64(31)
@@ -63,7 +63,7 @@ def write(lobes, k, kind, point, n, weight, albedo):
 
 @part
 def keep(lobes, count):
-    """The number of lobes with the one just written as row `count`, unless it is too dark or one too many."""
+    """`count` + 1, which keeps the lobe just written as row `count`; `count` if it is too dark or one too many."""
     return count + 1 if lobes[count, PROBABILITY] > CUTOFF and count < LOBES - 1 else count
 
 

@@ -27,7 +27,7 @@ def smith_anisotropic(alpha_x, alpha_y, v):
 def distribution(alpha2, sin2, cos2):
     """GGX's density D of microfacet normals at an angle whose squared sine and cosine are given.
 
-    Both are asked for, as 1 - cos2 has no correct digit where the peak of a smooth surface is narrow.
+    Both are given, because 1 - cos2 has no correct digit at the narrow peak of a smooth surface.
     """
     t = sin2 + alpha2 * cos2
     return alpha2 / (PI * t * t)
@@ -45,7 +45,7 @@ def distribution_anisotropic(alpha_x, alpha_y, h):
 def visible_normal(alpha_x, alpha_y, v, u1, u2):
     """A local microfacet normal with the density D max(v.h, 0) / (v.z (1 + Lambda(v))), for the local direction v above the surface.
 
-    The stretched surface is a sphere; what v sees of it are the normals half way to the directions of a spherical cap.
+    On the stretched surface, a sphere, the normals that v sees lie half way between v and the directions of a spherical cap.
     """
     stretched = normalize((alpha_x * v[0], alpha_y * v[1], v[2]))
     z = F(1) - u1 * (F(1) + stretched[2])

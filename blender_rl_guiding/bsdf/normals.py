@@ -1,4 +1,4 @@
-"""Shading normals that are not the surface's own: which ones a reflection allows, and how they shade at the terminator."""
+"""Shading normals that are not the surface's own: those that a reflection allows, and their shading at the terminator."""
 
 import math
 
@@ -10,10 +10,10 @@ from .microfacet import smith
 
 @part
 def reflectable(ng, wo, n):
-    """The normal nearest to n, towards ng, whose mirror direction of wo lies above the surface.
+    """n, bent towards ng just so far that the mirror direction of wo lies above the surface.
 
-    Cycles bends the normals of glossy lobes so. The bent normal m = x t + z ng, with t the tangent towards n, has the mirror
-    direction's height 2 (m.wo) z - wo.ng = `height`; squared, that is a quadratic equation for z^2.
+    Cycles bends the normals of glossy lobes so. The bent normal is m = x t + z ng, with t the tangent towards n. Its mirror direction
+    has the height 2 (m.wo) z - wo.ng = `height`; squared, that is a quadratic equation for z^2.
     """
     up = dot(wo, ng)
     height = min(F(0.9) * up, F(0.01))
@@ -30,7 +30,7 @@ def reflectable(ng, wo, n):
 
 @part
 def leaks(lobes, k, wi):
-    """Whether a bumped lobe would send light through the smooth surface: wi is on different sides for the two normals."""
+    """Whether a bumped lobe would send light through the smooth surface: wi is above one of the two normals and below the other."""
     n, smooth = get(lobes, k, NORMAL), get(lobes, k, SMOOTH_NORMAL)
     return dot(smooth, wi) * dot(smooth, n) * dot(n, wi) < F(0)
 

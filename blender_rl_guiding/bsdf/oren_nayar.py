@@ -16,7 +16,7 @@ _AVERAGE = (2 * math.pi - 5.6) / 3  # of G over projected solid angle, as OpenPB
 
 @part
 def _lost(a, b, cosine):
-    """The share of light at this cosine that single scattering does not return: 1 - E."""
+    """1 - E, the share of light at this cosine that single scattering does not return."""
     s = math.sqrt(max(F(1) - cosine * cosine, F(0)))
     if cosine < F(1e-6):
         g = PI / F(2) - F(2 / 3) - cosine  # the quotient below loses its digits
@@ -34,7 +34,7 @@ def _multiple(color, average):
 
 @part
 def setup(lobes, k, point, n, weight, color, roughness):
-    """Write the lobe as row k. The weight has the colour in it already; the colour itself tints the multiple scattering."""
+    """Write the lobe as row k. The weight includes the colour already; the colour itself tints the multiple scattering."""
     write(lobes, k, OREN_NAYAR, point, n, weight, weight)
     sigma = saturate(roughness)
     a = F(1) / (PI + sigma * (PI / F(2) - F(2 / 3)))

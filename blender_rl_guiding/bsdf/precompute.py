@@ -1,7 +1,7 @@
 """Computes the albedo tables: python -m blender_rl_guiding.bsdf.precompute [FILE] writes tables.npz, keeping the sheen in it.
 
-The grids are those of Cycles, so that interpolation errs alike in both: roughness, cosine and a measure z of the ior, each equally
-spaced over [0, 1], with z^4 the reflectance at normal incidence. Values are integrals over the visible normals by a rank-1 lattice.
+The grids are those of Cycles, so that interpolation has the same error in both. They are equally spaced over [0, 1] in roughness, in
+cosine and in z, where z^4 is the reflectance at normal incidence. Values are integrals over visible normals, by a rank-1 lattice.
 """
 
 import sys
@@ -15,14 +15,14 @@ from ..kernels.sampling import F
 from . import fresnel, microfacet
 
 SIZE, SIZE_3D = 32, 16
-_POINTS = 1 << 14  # the integrals err by less than 1e-4: Cycles' own tables show through its renders and are equal to four digits
+_POINTS = 1 << 14  # errors are below 1e-4: Cycles' own tables, as measured in its renders, agree to four digits
 _COSINES = 32  # Gauss-Legendre nodes of an average over the cosine
 _GOLDEN = 0.6180339887498949
 
 
 @part
 def _share(alpha, cosine, ior, glass, u1, u2):
-    """What one visible normal contributes to the albedo, and to the share of white in a reflection with Schlick's curve."""
+    """The contribution of one visible normal to the albedo, and to the s of `energy.schlick_albedo`."""
     v = (np.sqrt(max(F(1) - cosine * cosine, F(0))), F(0), cosine)
     h = microfacet.visible_normal(alpha, alpha, v, u1, u2)
     vh = v[0] * h[0] + v[2] * h[2]
@@ -35,7 +35,7 @@ def _share(alpha, cosine, ior, glass, u1, u2):
         return mirrored, share
     r = fresnel.dielectric(vh, ior)
     refracted = (vh / ior - fresnel.refracted_cosine(vh, ior)) * h[2] - cosine / ior
-    # Cycles' tables count what is bent back to the near side as passed: we do likewise, to gain as much energy as Cycles.
+    # Cycles' tables count light that is refracted back to the near side as passed. So do ours, to gain as much energy.
     passed = above / (above + microfacet.smith(alpha2, refracted)) if r < F(1) else F(0)
     return r * mirrored + (F(1) - r) * passed, F(0)
 
@@ -72,7 +72,7 @@ def _grid(size: int) -> np.ndarray:
 
 
 def iors() -> np.ndarray:
-    """The iors of the grid, (16,) float32; 0 and 1 are left out, where nothing and everything is reflected."""
+    """The iors of the grid, (16,) float32. z stays off 0 and 1, where nothing and everything is reflected."""
     root = np.clip(_grid(SIZE_3D), 1e-4, 0.99) ** 2  # of the reflectance at normal incidence
     return ((1 + root) / (1 - root)).astype(np.float32)
 

@@ -20,7 +20,7 @@ _BLACK, _WHITE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 
 
 class _Interface(NamedTuple):
-    """What metal, glass and specular reflection share."""
+    """Properties that metal, glass and specular reflection share."""
 
     n: tuple
     alpha: tuple
@@ -66,7 +66,7 @@ def _opaque(inputs):
 
 @part
 def _under(layer, weight):
-    """The weight of what lies under a layer of this albedo, given the weight of both."""
+    """(1 - max_c layer_c / weight_c) weight: the weight below a layer of this albedo, from the weight of both."""
     taken = F(0)
     for i in range(3):
         if weight[i] > F(0):
@@ -131,7 +131,7 @@ def _has_coat(inputs):
 
 @part
 def _absorbed(inputs, n, wo, ior):
-    """What the coat's tint leaves of light that crosses it once; the tint is that of a path along the normal."""
+    """tint^(1 / cos t), blended in by the coat's weight, t the refracted angle: what the coat leaves of light that crosses it once."""
     share = number(inputs, _P.coat_weight)
     tint = color(inputs, _P.coat_tint)
     depth = F(1) / fresnel.refracted_cosine(n[0] * wo[0] + n[1] * wo[1] + n[2] * wo[2], ior)
@@ -202,7 +202,7 @@ def _add_glass(inputs, point, lobes, count, weight, interface):
     if share <= CUTOFF:
         return count, weight
     c = _base_color(inputs)
-    tints = _WHITE, (math.sqrt(c[0]), math.sqrt(c[1]), math.sqrt(c[2]))  # light that enters and leaves takes the colour once
+    tints = _WHITE, (math.sqrt(c[0]), math.sqrt(c[1]), math.sqrt(c[2]))  # light that enters and leaves is tinted twice: by the colour
     ior, roughness = positive(inputs, _P.ior), factor(inputs, _P.roughness)
     f0 = _tinted_f0(inputs, fresnel.normal_reflectance(ior))
     inside = relative_ior(point, ior)
@@ -212,7 +212,7 @@ def _add_glass(inputs, point, lobes, count, weight, interface):
 
 @part
 def _specular_ior(ior, level):
-    """The ior, and its reflectance at normal incidence, that the specular level makes of an ior; 0.5 leaves it as it is."""
+    """The ior whose reflectance at normal incidence is 2 level times that of `ior`, and that reflectance; 0.5 changes nothing."""
     f0 = fresnel.normal_reflectance(ior)
     if level == F(0.5):
         return ior, f0

@@ -1,4 +1,4 @@
-"""From a shader's closures to lobes, and what of a surface is no lobe: its emission and its transparency."""
+"""The lobes, the emission and the transparency of a shader's closures."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ def scatter(shading, shader, point, registers, lobes):
     Emission is radiance towards wo, RGB; transparency the share of light that passes straight on, RGB. The lobes' probabilities
     are proportional to the luminance of their albedos.
     """
-    count, emitted, passing = np.int64(0), _BLACK, _BLACK  # not a literal, for which all lobes would be compiled once more
+    count, emitted, passing = np.int64(0), _BLACK, _BLACK  # np.int64: Numba would compile all lobes once more for a literal
     for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
         which, inputs = shading.closures[row, 0], gather(shading, registers, row)
         if which == _K_DIFFUSE:
@@ -44,7 +44,7 @@ def scatter(shading, shader, point, registers, lobes):
 
 @part
 def scatter_plain(color, n, lobes):
-    """`scatter` for a constant Lambert: most surfaces, without the detours."""
+    """`scatter` for a constant Lambert, the most frequent surface: one short way."""
     lobes[0, KIND], lobes[0, PROBABILITY], lobes[0, IS_SINGULAR], lobes[0, BUMPED] = DIFFUSE, F(1), F(0), F(0)
     put(lobes, 0, NORMAL, n)
     put(lobes, 0, WEIGHT, color)

@@ -1,6 +1,6 @@
 """Sheen of fine fibres: a linearly transformed cosine (Zeltner, Burley and Chiang 2022), fitted to what Cycles renders.
 
-In the frame whose first axis lies towards wo, x' = a x + b z, y' = a y, z' = z is distributed by the cosine.
+In the frame whose first axis lies towards wo, (a x + b z, a y, z), normalized, is distributed by the cosine.
 """
 
 import math

@@ -1,9 +1,8 @@
-"""What the tracer asks of a surface: its emission, its transparency and its lobes, and to evaluate and sample these.
+"""A surface as the tracer sees it: its emission, its transparency, and its lobes, which are evaluated and sampled here.
 
-`lobes` is a scratch array of (LOBES, COLUMNS) float32. Of more than LOBES - 1 lobes the last ones are left out, as in Cycles. `ng` is the
-geometric normal on wo's side. Samples are reflected only to wo's side of both it and the lobe's normal, and transmitted only to
-the other side of both. As in Cycles, this is not so of `evaluate`, where only the lobe's normal counts, or the triangles of smooth
-surfaces would show at the terminator.
+`lobes` is a scratch array of (LOBES, COLUMNS) float32. Lobes beyond LOBES - 1 are left out, as in Cycles. `ng` is the geometric normal
+on wo's side. `sample` reflects only to wo's side of both ng and the lobe's normal, and transmits only to the other side of both. For
+`evaluate` the lobe's normal alone decides, as in Cycles: else the triangles of smooth surfaces would show at the terminator.
 """
 
 import numpy as np
@@ -54,7 +53,7 @@ __all__ = [
     "transparency",
 ]
 
-SINGULAR = 64  # in labels, beside the kind of ray: the direction is the only one, and has no density
+SINGULAR = 64  # in labels, beside the kind of ray: the direction comes from a delta function and has no density
 
 _BLACK = (F(0), F(0), F(0))
 _R_DIFFUSE, _R_GLOSSY, _R_TRANSMISSION, _R_TRANSLUCENT = ray_kinds.DIFFUSE, ray_kinds.GLOSSY, ray_kinds.TRANSMISSION, ray_kinds.TRANSLUCENT
@@ -85,10 +84,10 @@ def evaluate(lobes, count, ng, wo, wi):
 
 @part
 def evaluate_seen(lobes, count, ng, wo, wi, seen_by):
-    """`evaluate` for a light that is visible to the kinds of rays `seen_by`: f is of those lobes only that make one of them.
+    """`evaluate` for a light that the kinds of rays `seen_by` see: f includes only lobes that make one of these kinds.
 
-    The densities count what `sample` gives up because it crosses the triangle, too. So sampling a light from there counts in part
-    only, as in Cycles; or else lights that nearly touch a smooth surface, its own among them, would make fireflies.
+    The densities include what `sample` gives up because it crosses the triangle. So light sampling gets less MIS weight there, as in
+    Cycles: else lights that nearly touch a smooth surface, its own among them, would make fireflies.
     """
     return _evaluate_all(lobes, count, ng, wo, wi, seen_by, True)
 
@@ -124,7 +123,7 @@ def _ray_kind(which, reflected):
 
 @part
 def _evaluate(lobes, k, reflected, wo, wi):
-    """f |cos| and density of one lobe, where wi is `reflected` if it is on the side of the lobe's normal."""
+    """f |cos| and density of one lobe; `reflected` says whether wi is on the side of the lobe's normal."""
     which = lobes[k, KIND]
     if reflected and which <= SHEEN:
         return _evaluate_diffuse(lobes, k, which, wo, wi)
@@ -174,7 +173,7 @@ def is_guidable(lobes, k):
 
 @part
 def spreads(lobes, count):
-    """Whether any lobe scatters into more than single directions, so that looking for lights may find some."""
+    """Whether any lobe scatters into more than single directions: only then can light sampling find light."""
     k = 0
     while k < count and lobes[k, IS_SINGULAR] != F(0):
         k += 1
@@ -189,7 +188,7 @@ def chance(lobes, k):
 
 @part
 def pick(lobes, count, u):
-    """A lobe by its probability, and the number u in [0, 1) made uniform anew. There has to be a lobe."""
+    """A lobe by its probability, and u in [0, 1) rescaled to be uniform again. There has to be a lobe."""
     k = 0
     while k < count - 1 and u >= lobes[k, PROBABILITY]:
         u -= lobes[k, PROBABILITY]
@@ -201,7 +200,7 @@ def pick(lobes, count, u):
 def sample(lobes, k, ng, wo, u, v, w):
     """A direction wi from lobe k, by three uniform numbers, and its label: the kind of ray that it makes, and SINGULAR.
 
-    The label is 0 where the sample has failed: wi is of no use then, and the path ends.
+    The label is 0 if the sample fails: wi is then of no use, and the path ends.
     """
     which = lobes[k, KIND]
     if which <= OREN_NAYAR:
@@ -232,7 +231,7 @@ def _sample_microfacet(lobes, k, which, wo, u, v, w):
 
 @part
 def singular(lobes, k, ng, wo, wi, label):
-    """Throughput of a sample labelled SINGULAR, RGB: f |cos| over the lobe's own density, not over its probability."""
+    """Throughput of a sample labelled SINGULAR, RGB: f |cos| / pdf of the lobe alone, not divided by the lobe's probability."""
     if lobes[k, KIND] == GLOSSY:
         return glossy.singular(lobes, k, wo)
     return glass.singular(lobes, k, wo, (label & _R_TRANSMISSION) != 0)

@@ -11,13 +11,14 @@ from ..guiding.base import Guide
 from ..guiding.cells import CellTable
 from ..guiding.directions import UNKNOWN
 from ..images.metrics import LARGEST
+from ..kernels import sampling
 from ..render import render
 from ..scene.data import SceneData
 from ..scene.description import Camera, Film
 from ..settings import DQN, Machine, QTable, Render
 from ..settings import Guide as GuideSettings
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear Rec. 709 RGB
+LUMINANCE = np.array(sampling.LUMINANCE, np.float32)
 
 
 @runtime_checkable

@@ -5,8 +5,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..scene.data import SceneData
-from ..scene.instances import sizes
+from ..scene.data import SceneData, sizes
 from .cells import cell_size
 from .directions import NORMAL_STEPS
 

@@ -24,7 +24,7 @@ from . import kept
 
 
 def source_key(package: Path) -> str:
-    """16 hexadecimal digits that change with the kernels below a folder, with the scene's constants, and with tables of numbers."""
+    """16 hexadecimal digits that change with the sources of kernels below `package`, the scene's constants, and tables of numbers."""
     digest = hashlib.sha256()
     for file in sorted(package.rglob("*")):
         if file.suffix == ".npz" or (file.suffix == ".py" and (file.parent.name in ("kernels", "scene", "tracing") or _has_kernels(file))):
@@ -43,14 +43,14 @@ _FOLDER = cache.folder("kernels", source_key(Path(__file__).parents[1]) + ("-che
 if _FOLDER:
     kept.sweep(_FOLDER)
 
-# LLVM weighs whether to do without a call by the length of what is called, but here short functions call each other in long chains:
-# with its own limit, of 225, a fifth of the rendering is calling. Checked kernels have a way out at every index: they did not compile in
-# ten minutes, and call instead.
+# LLVM inlines functions up to a limit of length. Here short functions call each other in long chains: with its own limit of 225, a
+# fifth of the rendering is calling. Checked kernels have a way out at every index: inlined, they did not compile in ten minutes, so
+# they call.
 llvmlite.binding.set_option("blender_rl_guiding", f"-inline-threshold={0 if CHECKED else 5000}")
 
 
 def _counted_from_the_front(context, builder, kind, index, size):
-    """An index as it is: Numba would take -1 for the last place before it checks."""
+    """The index as it is. Numba would turn -1 into the last place before the check."""
     return context.cast(builder, index, kind, types.intp if kind.signed else types.uintp)
 
 
@@ -59,7 +59,7 @@ if CHECKED:
 
 
 class _PartLibrary(JITCodeLibrary):
-    """Code that is only linked into kernels, and left as it is until then: optimising it at each level of calls takes as long again."""
+    """Code that is only linked into kernels, and optimised there: optimising it at each level of calls takes twice the time."""
 
     def _optimize_final_module(self) -> None: ...
 
@@ -68,16 +68,16 @@ class _PartLibrary(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """None, as there is no machine code."""
+        """0: there is no machine code."""
         return 0
 
     @property
     def codegen(self) -> Any:
-        """What is asked to `set_env`."""
+        """The object whose `set_env` Numba calls."""
         return self
 
     def set_env(self, name: str, env: Any) -> None:
-        """Nothing to set: that is done for the kernel."""
+        """Set nothing: the kernel's is set."""
 
 
 class _PartCompiler(Compiler):
@@ -86,29 +86,29 @@ class _PartCompiler(Compiler):
         return super()._compile_core()
 
 
-# Not full fastmath: it may reorder sums differently in a vectorised loop and in its remainder, so that a path's value would
-# depend on its place in the batch; and it assumes away the NaNs that the film looks for.
-# Kernels make no arrays, and so need not count references to them, which would be a call for each array at each call.
+# Not full fastmath: it may reorder sums differently in a vectorised loop and in its remainder. A path's value would then depend on its
+# place in the batch. It also assumes that there are no NaNs, and the film looks for them.
+# References are not counted (`_nrt`): kernels make no arrays, and counting would be a call for each array at each call.
 _options: Any = {"_nrt": False, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "no_cfunc_wrapper": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """What Python calls: kept on disk with everything it calls."""
+    """Decorator of a function that Python calls: compiled with all that it calls, and kept on disk."""
     compiled: Any = numba.njit(**_options)(function)
     if _FOLDER:
         compiled._cache = kept.Kept(_FOLDER, function)
     return compiled
 
 
-# What only kernels call: compiled into them, without wrappers and files of its own.
+# Decorator of a function that only kernels call: compiled into them, without a wrapper or a file of its own.
 part = numba.njit(pipeline_class=_PartCompiler, **(_options | {"no_cpython_wrapper": True}))
-# The same for a part that returns a view of an array, which without counting of references only a part of its caller's own code may do.
+# The same for a part that returns a view of an array: without reference counts it has to be inlined into its caller.
 merged = numba.njit(pipeline_class=_PartCompiler, inline="always", **(_options | {"no_cpython_wrapper": True}))
 
 
 @intrinsic
 def _unlikely(typingctx, condition):
-    """A condition; LLVM keeps what is done where it holds out of the way of all else."""
+    """The condition, expected to be false: LLVM moves the code for true out of the way of all else."""
 
     def codegen(context, builder, signature, args):
         bit = ir.IntType(1)

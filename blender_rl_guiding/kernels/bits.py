@@ -1,4 +1,4 @@
-"""Hashes and orders of bits, as small kernels."""
+"""Hashes and permutations of bits, as small kernels."""
 
 import numpy as np
 
@@ -36,15 +36,15 @@ def reversed_bits(x):
 
 @part
 def spread(place):
-    """The first half of the hash that `shuffled` ends, which is the same for every seed."""
+    """The first half of the hash that `shuffled` completes; it is the same for every seed."""
     return np.uint32(place ^ place * np.uint32(0x3D20ADEA))
 
 
 @part
 def shuffled(place, seed):
-    """The rest of a hash in which each bit depends on the lower ones and the seed alone (Laine and Karras 2011), of what is `spread`.
+    """The second half of a hash of `place`, which is already `spread`. Bit k depends on the seed and on bits 0..k alone.
 
-    With the bits of an index reversed, that is another order in which every aligned block of 2^k indices stays one.
+    On an index with its bits reversed it is a permutation that keeps each aligned block of 2^k indices together (Laine and Karras 2011).
     """
     place = np.uint32((place + seed) * ((seed >> np.uint32(16)) | np.uint32(1)))
     place = np.uint32(place ^ place * np.uint32(0x05526C56))

@@ -1,8 +1,8 @@
-"""Named tuples by reference, for kernels.
+"""Passes named tuples to kernels by reference.
 
-Numba passes a tuple as one argument for each number in it, and an array as nine: with all that a scene consists of this made compiling
-three times as long. `ref(x)` keeps a named tuple in memory and passes its address; its fields are read as always, `r.field`, those that
-are named tuples by reference again. Arrays read that way are borrowed, not counted, so that threads do not contend for the counts.
+Numba passes a tuple as one argument for each number in it, and an array as nine. With a whole scene compiling took three times as long.
+`ref(x)` puts a named tuple into memory and passes its address. Fields are read as before, `r.field`; a field that is a named tuple is
+read by reference, too. Arrays read that way are not reference-counted, so threads do not contend for the counts.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ class _RefModel(models.PrimitiveModel):
 
 @intrinsic
 def _ref(typingctx, value):
-    """The address of a named tuple; of what is an address already, itself."""
+    """The address of a named tuple; a Ref stays as it is."""
     if isinstance(value, Ref):
         return value(value), lambda context, builder, signature, args: args[0]
 
@@ -69,7 +69,7 @@ def _field(context, builder, typ, value, attr):
 
 
 def _borrowed(context, builder, field, place):
-    """The array at an address, read member by member as what never changes, or every store to any array would have it read again."""
+    """The array at an address. Its members are read as constants: else LLVM would read them again after every store to any array."""
     array = context.make_array(field)(context, builder)
     for index, name in enumerate(array._datamodel._fields):
         if name not in ("meminfo", "parent"):

@@ -16,6 +16,7 @@ F = np.float32
 PI = F(math.pi)
 TWO_PI = F(2 * math.pi)
 INV_PI = F(1 / math.pi)
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # weights of linear Rec. 709 RGB
 
 # --- vectors ---------------------------------------------------------------------------------------------------------
 
@@ -68,7 +69,7 @@ def subtract(a, b):
 
 @part
 def multiply(a, b):
-    """Component by component, as colours do."""
+    """a b by components, as for colours."""
     return a[0] * b[0], a[1] * b[1], a[2] * b[2]
 
 
@@ -87,7 +88,7 @@ def normalize(a):
 @part
 def luminance(c):
     """Luminance of linear Rec. 709 RGB."""
-    return F(0.2126) * c[0] + F(0.7152) * c[1] + F(0.0722) * c[2]
+    return F(LUMINANCE[0]) * c[0] + F(LUMINANCE[1]) * c[1] + F(LUMINANCE[2]) * c[2]
 
 
 # --- tangent frames --------------------------------------------------------------------------------------------------
@@ -97,8 +98,8 @@ def luminance(c):
 def tangents(n):
     """Two unit vectors that make a right-handed frame with the unit normal n (Duff et al. 2017).
 
-    The published form changes sign at n.z = 0, where every vertical wall lies, so that rounding would turn the frame from one
-    triangle of a wall to the next. Here it changes at n.z = -0.8: still at least 0.2 away from the pole of the division.
+    The published frame jumps at n.z = 0, the normal of every vertical wall: rounding would turn it from one triangle of a wall to the
+    next. Here it jumps at n.z = -0.8, which is still 0.2 away from the pole of the division.
     """
     sign = F(1) if n[2] > F(-0.8) else F(-1)
     a = F(-1) / (sign + n[2])
@@ -108,7 +109,7 @@ def tangents(n):
 
 @part
 def to_world(tangent, bitangent, n, v):
-    """From the local frame to world space."""
+    """v.x tangent + v.y bitangent + v.z n: from the local frame to world space."""
     return add(add(scale(tangent, v[0]), scale(bitangent, v[1])), scale(n, v[2]))
 
 
@@ -123,9 +124,9 @@ def to_local(tangent, bitangent, n, v):
 
 @part
 def circle(turn):
-    """Cosine and sine of an angle in turns, from -1 to 1, within 2e-7; quicker than the library's."""
+    """Cosine and sine of an angle in turns, -1 to 1; their error is below 2e-7. Faster than the library's."""
     quarter = np.floor(F(4) * turn + F(0.5))
-    x = (turn - F(0.25) * quarter) * TWO_PI  # within an eighth of a turn, where few terms of the series are needed
+    x = (turn - F(0.25) * quarter) * TWO_PI  # within an eighth of a turn, where few terms of the series suffice
     s = x * x
     sine = x + x * s * (F(-1 / 6) + s * (F(1 / 120) + s * (F(-1 / 5040) + s * F(1 / 362880))))
     cosine = F(1) + s * (F(-1 / 2) + s * (F(1 / 24) + s * (F(-1 / 720) + s * F(1 / 40320))))
@@ -151,7 +152,7 @@ def uniform_triangle(u, v):
 
 @part
 def place(x, count):
-    """The whole number up to x, kept within 0..count - 1 whatever x is: NaN counts as 0. For indices."""
+    """floor(x), clamped to 0..count - 1; NaN counts as 0. For indices."""
     return np.int32(min(x, F(count - 1))) if x > F(0) else np.int32(0)
 
 
@@ -177,7 +178,7 @@ GOLDEN = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio
 class Stream(NamedTuple):
     """The key of one path's random numbers."""
 
-    bits: np.uint64  # a hash of seed, pixel and the block of samples: of BLOCK if stratified, of one if independent
+    bits: np.uint64  # a hash of seed, pixel and block; a block has BLOCK samples if stratified, one if independent
     place: np.uint32  # the sample's index in its block, bits reversed and `spread`
     mask: np.uint32  # all ones if stratified, 0 if independent
 
@@ -196,8 +197,9 @@ def stream(seed, pixel, sample, stratified):
 def uniform2(key, dimension):
     """Two numbers in [0, 1), multiples of 2^-24: a pure function of the stream's key and the dimension.
 
-    Independent: 48 bits of a hash. Stratified: a point of `POINTS`, xor'ed with the hash of seed, pixel, block and dimension, which also
-    decides on the order of the points: of each aligned 2^k samples of a block, every elementary interval of area 2^-k holds one.
+    Independent: 48 bits of the hash of seed, pixel, sample and dimension. Stratified: a point of `POINTS` xor the hash of seed, pixel,
+    block and dimension, which also permutes the points. Of each aligned 2^k samples of a block, every elementary interval of area 2^-k
+    then holds one.
     """
     half = half_mix(key.bits + np.uint64(dimension + 1) * GOLDEN)
     place = shuffled(key.place, np.uint32(half >> np.uint64(32))) & key.mask
@@ -207,5 +209,5 @@ def uniform2(key, dimension):
 
 @part
 def finer(u, v):
-    """One number in [0, 1) of 48 bits, float64, from a pair: enough to find one of a million emitters rightly. Monotone in u."""
+    """u + 2^-24 v, one number in [0, 1) of 48 bits, float64: enough to pick one of a million emitters. Monotone in u."""
     return np.float64(u) + np.float64(v) * 2.0**-24

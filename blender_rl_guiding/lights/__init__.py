@@ -1,1 +1,1 @@
-"""What shines: emitting triangles, lamps and the world; choosing one of them, and the pdf of having chosen it."""
+"""Lights: emitting triangles, lamps and the world. One is chosen in proportion to its power, then a direction towards it."""

@@ -1,4 +1,4 @@
-"""Walker's alias method: drawing from a discrete distribution in constant time, whatever its size."""
+"""Walker's alias method: draws from a discrete distribution in constant time, whatever its size."""
 
 from typing import NamedTuple
 
@@ -9,14 +9,14 @@ from ..kernels.sampling import F
 
 
 class Alias(NamedTuple):
-    """n equal columns, each shared by its own entry and another one."""
+    """n columns of equal width. Column i is shared by entry i and entry other[i]."""
 
-    threshold: np.ndarray  # (n,) float32, share of the column that is its own entry's
-    other: np.ndarray  # (n,) int32
+    threshold: np.ndarray  # (n,) float32, share of column i that belongs to entry i
+    other: np.ndarray  # (n,) int32, the entry that owns the rest of column i
 
 
 def alias_table(weights: np.ndarray) -> Alias:
-    """The table for weights that are not negative and not all zero, (n,) float64 (Vose 1991)."""
+    """The table for `weights`, (n,) float64, none negative, not all zero (Vose 1991)."""
     threshold = weights * (len(weights) / weights.sum())
     other = np.arange(len(weights), dtype=np.int32)
     fill(threshold, other, np.empty_like(other), np.empty_like(other))
@@ -25,7 +25,10 @@ def alias_table(weights: np.ndarray) -> Alias:
 
 @kernel
 def fill(threshold, other, low, high):
-    """Give every column that is too low the rest of one that is too high; `threshold` has a mean of 1. `low` and `high` are memory."""
+    """Fill each column below 1 with the excess of a column above 1; `threshold` and `other` change in place.
+
+    threshold: (n,) float64, n times the probabilities; other: (n,) int32, other[i] = i; low, high: (n,) int32, scratch memory.
+    """
     n = threshold.shape[0]
     lows, highs = 0, 0
     for i in range(n):
@@ -44,7 +47,7 @@ def fill(threshold, other, low, high):
             highs -= 1
             low[lows] = rich
             lows += 1
-    for i in range(lows):  # what rounding has left
+    for i in range(lows):  # rounding alone leaves any
         threshold[low[i]] = 1.0
     for i in range(highs):
         threshold[high[i]] = 1.0
@@ -52,9 +55,9 @@ def fill(threshold, other, low, high):
 
 @part
 def draw(alias, u, v):
-    """An entry with its probability, by two uniform numbers, and v in [0, 1) rescaled to be used again.
+    """Draw an entry with its probability, by u and v uniform in [0, 1). Returns the entry, and v rescaled to be uniform again.
 
-    What is left of u within its column would not do for v: among a million columns it has but 4 of its 24 bits.
+    The position of u within its column could not replace v: with a million columns only 4 of its 24 bits are left.
     """
     n = alias.threshold.shape[0]
     i = min(np.int32(u * F(n)), np.int32(n - 1))

@@ -1,4 +1,4 @@
-"""All that shines, in one distribution: emitting triangles by power, then lamps, then the world."""
+"""All lights in one discrete distribution: emitting triangles, then lamps, then the world, each in proportion to its power."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from ..bsdf.surface import emission
 from ..errors import InputError
 from ..kernels import kernel, part
 from ..kernels.pointers import ref
-from ..kernels.sampling import F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
+from ..kernels.sampling import LUMINANCE, F, add, dot, scale, stream, subtract, uniform2, uniform_triangle, vector
 from ..scene.data import SceneData
 from ..scene.description import CLOSURES, Shader, emits
 from ..shading.evaluate import run
@@ -20,10 +20,10 @@ from .lamps import power
 from .lamps import sample as sample_lamp
 from .suns import without_suns
 from .tree import LampTree, lamp_tree
-from .world import LUMINANCE, WorldMap, no_world, sample_world, world_map, world_pdf, world_radiance
+from .world import WorldMap, no_world, sample_world, world_map, world_pdf, world_radiance
 
 _SCATTERED = "IS_DIFFUSE_RAY", "IS_GLOSSY_RAY", "IS_TRANSMISSION_RAY"
-PROBES = 4096  # points at which the mean of an emission that varies is estimated
+PROBES = 4096  # points from which the mean of a varying emission is estimated
 
 
 class Lights(NamedTuple):
@@ -33,17 +33,17 @@ class Lights(NamedTuple):
     probability: np.ndarray  # (n,) float32, of picking each emitter
     triangle: np.ndarray  # (T,) int32, index in the scene
     faces: np.ndarray  # (T, 4, 3) float32, see `triangle_faces`
-    pdf_area: np.ndarray  # (S,) float32, pdf per area of having picked a point on a surface with shader s; 0 where it does not emit
+    pdf_area: np.ndarray  # (S,) float32, density per area of picking a point on a surface with shader s; 0 if s does not emit
     constant: np.ndarray  # (S,) bool, whether shader s emits the same everywhere and in all directions
-    radiance: np.ndarray  # (S, 3) float32, what it emits then
+    radiance: np.ndarray  # (S, 3) float32, emission of shader s, RGB; read only where it is constant
     lamps: np.ndarray  # (K, COLUMNS) float32
-    tree: LampTree  # of those that rays can hit
+    tree: LampTree  # of the lamps that rays can hit
     world: WorldMap
-    world_probability: np.float32  # of picking the world; 0 where it is the same everywhere, and better left to chance
+    world_probability: np.float32  # of picking the world; 0 if it is uniform: then scattered rays find it better
 
 
 def lights(scene: SceneData, shading: Shading, surface) -> Lights:
-    """The scene's lights for the kernels. InputError where one of them sends out infinite light, of which no share can be computed."""
+    """The scene's lights, for kernels. InputError names a light of infinite power: no share of it can be computed."""
     low, high = scene.bounds
     radius = float(np.linalg.norm(high - low)) / 2
     triangle, area = _emitting(scene)
@@ -82,7 +82,7 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
 
 
 def _halves(local: np.ndarray, distant: np.ndarray) -> np.ndarray:
-    """Probabilities: half for what is near, half for what is far away, because their powers cannot be compared."""
+    """Probabilities, (n,): half for near lights, half for distant ones (suns, world), whose powers cannot be compared."""
     groups = [group / group.sum() for group in (local, distant) if group.sum() > 0]
     return np.sum(groups, axis=0) / len(groups) if groups else np.zeros(len(local))
 
@@ -104,21 +104,24 @@ def _emitting(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _chooses_rays(shader: Shader) -> bool:
-    """Whether a shader asks for the kind of a scattered ray, which a sampled light does not know: what it emits is left to chance."""
+    """Whether emission depends on the kind of a scattered ray. Light sampling has no such ray: only scattered rays find this light."""
     return any(step.op == "light_path" and step.mode in _SCATTERED for step in shader.code)
 
 
 def _lit(triangle: np.ndarray, area: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the triangles, with their areas, that emit."""
     lit = weight > 0
     return triangle[lit], area[lit]
 
 
 def _is_constant(shading: Shading, shader: int) -> bool:
+    """Whether a shader emits the same everywhere and in all directions."""
     first, end = shading.shaders[shader, 2:]
     return all(_emits_evenly(shading, row) for row in shading.closures[first:end])
 
 
 def _emits_evenly(shading: Shading, row: np.ndarray) -> bool:
+    """Whether a closure's emission has only constants as operands (>= 0), and neither coat nor sheen above it."""
     kind = KINDS[row[0]]
     inputs = dict(zip(CLOSURES[kind], row[2:], strict=False))
     if kind == "emission":
@@ -146,7 +149,7 @@ def _mean_radiance(scene, shading, surface, triangle, area, constant) -> np.ndar
 
 @kernel
 def probe(shading, surface, registers, triangles, faces):
-    """Mean emission at a random point of each of the triangles, seen from above."""
+    """Mean emission, RGB, at one random point of each of `triangles`, (n,), seen along its normal; `faces`: see `triangle_faces`."""
     shading, surface = ref(shading), ref(surface)
     r, g, b = F(0), F(0), F(0)
     for i in range(triangles.shape[0]):
@@ -158,14 +161,14 @@ def probe(shading, surface, registers, triangles, faces):
 
 
 def _world(scene: SceneData, shading: Shading) -> tuple[WorldMap, float]:
-    """A map only for a world that varies and shines."""
+    """The map of the world and its light; an empty map and 0 if the world is uniform or dark."""
     if any(map(emits, scene.world.closures)) and not _is_constant(shading, len(scene.shaders)):
         return world_map(*without_suns(scene.world, shading))
     return no_world(), 0.0
 
 
 def triangle_faces(scene: SceneData, triangles: np.ndarray) -> np.ndarray:
-    """(T, 4, 3) float32 of each triangle: its first corner, the edges from there to the second and the third, and its unit normal."""
+    """(T, 4, 3) float32 for corners a, b, c: a from the scene's origin, b - a, c - a, and the unit normal."""
     a, b, c = scene.vertices[scene.triangles[triangles].T] - scene.origin
     e, f = b - a, c - a
     n = np.cross(e, f)
@@ -182,7 +185,10 @@ def on_face(faces, i, u, v):
 
 @part
 def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo, u, v, distance, ray, depth):
-    """What a triangle's shader emits from x towards wo; linear RGB."""
+    """Radiance that a triangle emits from x towards wo, linear RGB.
+
+    x: at barycentrics u, v; face_normal: unit, by winding; distance, ray, depth: see `Point`.
+    """
     behind = dot(face_normal, wo) < F(0)
     shader = np.int64(surface.material[triangle])
     n = shading_normal(surface, triangle, u, v, face_normal)
@@ -196,11 +202,13 @@ def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo,
 
 @part
 def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
-    """Pick a light by `choice`, float64, and a direction towards it by u and v, all uniform.
+    """Pick a light by `choice`, float64, and a direction from x towards it by u and v, all uniform in [0, 1).
 
-    Returns (wi, reach, radiance, pdf, emitter). What stands in the way stands within `reach`, which ends before the light by what
-    rounding asks for. The pdf is per solid angle, with that of the choice; 0 where no ray could hit the light: then `radiance` is the
-    irradiance of a surface that faces it, divided by the probability of the choice.
+    Returns (wi, reach, radiance, pdf, emitter):
+        reach: length of the shadow ray; it ends before the light by a bound on rounding
+        radiance: RGB, from the light towards x
+        pdf: per solid angle, times the probability of the choice. It is 0 if no ray could hit the light: `radiance` is then the
+            irradiance on a surface that faces it, divided by the probability of the choice.
     """
     emitter, rest = draw(lights.pick, choice)
     chance = lights.probability[emitter]

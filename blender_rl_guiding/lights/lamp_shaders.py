@@ -1,4 +1,4 @@
-"""Lamps with shaders: what a lamp emits by `lamps`, times what its shader emits at the point of it that is sampled or hit."""
+"""Lamps with shaders: emission of the lamp (`lamps`) times emission of its shader, at the point that is sampled or hit."""
 
 import numpy as np
 
@@ -11,17 +11,17 @@ from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .lamps import AREA, AXIS_Z, EMISSION, KIND, POSITION, RADIUS, SHADER, SOFT, SUN, lamp_table, sample, three
 
-PROBES = 512  # points from which the mean of a shader that varies is estimated
-_LEAST = 0.01  # of what a lamp would emit without its shader, which is looked at in some places only
+PROBES = 512  # points from which the mean of a varying shader is estimated
+_LEAST = 0.01  # added to that mean: the probes may miss where the shader is bright
 _FARTHEST = F(3.4028235e38)  # the length of rays to suns, as in Cycles
 _ONE, _DARK = (F(1), F(1), F(1)), (F(0), F(0), F(0))
 _EMISSION = KINDS.index("emission")
 
 
 def shaded_lamps(scene: SceneData, shading: Shading, constant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The `lamp_table` with positions from the scene's origin, and what each of the lamps emits on average, (K, 3) float64.
+    """The `lamp_table` with positions from the scene's origin, and the mean emission of each lamp, (K, 3) float64.
 
-    `constant` (S,) tells which shaders emit the same everywhere: these become part of the table.
+    `constant`, (S,) bool, marks shaders that emit the same everywhere: their emission is multiplied into the table.
     """
     lamps = lamp_table(scene.lamps)
     lamps[:, POSITION:EMISSION] -= scene.origin
@@ -40,7 +40,7 @@ def shaded_lamps(scene: SceneData, shading: Shading, constant: np.ndarray) -> tu
 
 
 def _constant_emission(shading: Shading, shader: int) -> np.ndarray | None:
-    """(3,) what the emission closures of a shader add up to, 0 if that is not finite; None where there are other closures."""
+    """(3,) the sum of a shader's emission closures, 0 if it is not finite; None if there are other closures."""
     first, end = shading.shaders[shader, 2:]
     rows = shading.closures[first:end]
     if (rows[:, 0] != _EMISSION).any():
@@ -51,9 +51,9 @@ def _constant_emission(shading: Shading, shader: int) -> np.ndarray | None:
 
 @part
 def lamp_light(lamps, shading, registers, k, x, wi, distance, light, depth):
-    """What lamp k emits from `distance` along wi towards x, where it would be `light` without a shader.
+    """Light of lamp k at x, RGB: `light`, which it would be without a shader, times the shader's emission at x + distance wi.
 
-    `depth` counts the scattering event at x. As in Cycles, shaders of lamps do not know the kind of the ray.
+    `depth` counts the scattering event at x, too. As in Cycles, shaders of lamps do not know the kind of ray.
     """
     shader = np.int64(lamps[k, SHADER])
     if shader < 0:
@@ -72,7 +72,7 @@ def lamp_light(lamps, shading, registers, k, x, wi, distance, light, depth):
 
 @part
 def _normal(lamps, k, y, wo):
-    """Unit normal of a lamp at y; of what has no surface or turns it towards whatever is lit, wo."""
+    """Unit normal of lamp k at y. It is wo if the lamp has no surface (sun, point) or turns it towards each lit point (soft)."""
     kind, r = lamps[k, KIND], lamps[k, RADIUS]
     if kind == F(AREA):
         return scale(three(lamps, k, AXIS_Z), F(-1))
@@ -83,7 +83,7 @@ def _normal(lamps, k, y, wo):
 
 @kernel
 def probe_lamps(lamps, shading, registers, low, high, factors):
-    """Mean of what the shader of each lamp multiplies its light by, as seen from random points between two corners."""
+    """Write the mean factor of each lamp's shader to `factors`, (K, 3), over random points x in the box from `low` to `high`."""
     shading = ref(shading)
     for k in range(lamps.shape[0]):
         if lamps[k, SHADER] < F(0):

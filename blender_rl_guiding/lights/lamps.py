@@ -1,20 +1,21 @@
-"""Lamps: points, spots, suns and areas. Every one can be sampled from a point, and hit by a ray if it has a size.
+"""Lamps: points, spots, suns and areas. Each can be sampled from a point, and hit by a ray if it has a size.
 
-A sample is (wi, distance, radiance, pdf): pdf per solid angle, 0 where no ray could hit the lamp: `radiance` is then the irradiance
-of a surface that faces it.
+A sample is (wi, distance, radiance, pdf). The pdf is per solid angle. It is 0 if no ray could hit the lamp: `radiance` is then the
+irradiance on a surface that faces it.
 """
 
 import math
+from typing import get_args
 
 import numpy as np
 
 from ..kernels import part
-from ..kernels.sampling import INV_PI, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
-from ..scene.description import Lamp
+from ..kernels.sampling import INV_PI, LUMINANCE, PI, TWO_PI, F, add, circle, cross, dot, scale, subtract, tangents, to_world
+from ..scene.description import Lamp, LampKind
 from ..scene.ray_kinds import EMITTERS, seen_by
 
-POINT, SPOT, SUN, AREA = range(4)
-_KINDS = ("point", "spot", "sun", "area")
+_KINDS = get_args(LampKind)
+POINT, SPOT, SUN, AREA = range(len(_KINDS))
 # Columns of the table of lamps.
 KIND, AXIS_X, AXIS_Y, AXIS_Z, POSITION, EMISSION, RADIUS, SOFT, CONE, SMOOTH = 0, 1, 4, 7, 10, 13, 16, 17, 18, 19
 WIDTH, HEIGHT, ELLIPSE, SPREAD, SPREAD_SCALE, VISIBILITY, SHADOW, HITTABLE, SHADER, COLUMNS = 20, 21, 22, 23, 24, 25, 26, 27, 28, 29
@@ -23,7 +24,7 @@ DARK = (F(0), F(0), F(0))
 
 
 def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
-    """(lamps, COLUMNS) float32."""
+    """The lamps as rows for kernels, (K, COLUMNS) float32."""
     table = np.zeros((len(lamps), COLUMNS), np.float32)
     for row, lamp in zip(table, lamps, strict=True):
         axes = np.array(lamp.to_world)[:3]
@@ -46,8 +47,8 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
 
 
 def power(lamp: Lamp, emission: np.ndarray, scene_radius: float) -> float:
-    """About what a lamp of an emission, (3,), sends into the scene, as luminance; only ratios matter."""
-    luminance = float(np.dot(emission, (0.2126, 0.7152, 0.0722)))
+    """The approximate power that a lamp of `emission`, (3,), sends into the scene, as luminance; only ratios matter."""
+    luminance = float(np.dot(emission, LUMINANCE))
     if lamp.kind == "area":
         return luminance * math.pi * lamp.width * lamp.height * (math.pi / 4 if lamp.ellipse else 1)
     if lamp.kind == "sun":
@@ -56,13 +57,13 @@ def power(lamp: Lamp, emission: np.ndarray, scene_radius: float) -> float:
 
 
 def _cone(lamp: Lamp) -> tuple[float, float]:
-    """Cosine at the edge of a spot's cone, and what the distance from it is scaled by before it is smoothed."""
+    """Cosine c at the edge of a spot's cone, and the factor s of its falloff smoothstep(s (cos - c))."""
     edge = math.cos(lamp.cone)
     return edge, 1 / max((1 - edge) * lamp.blend, 1e-6)
 
 
 def _spread(lamp: Lamp) -> tuple[float, float]:
-    """Tangent of half the spread, NOWHERE where there is no limit, and the factor that keeps the power."""
+    """Tangent of half the spread, NOWHERE if there is no limit, and the factor that preserves the power."""
     half = lamp.spread / 2
     if half > math.pi / 2 - 1e-3:
         return float(NOWHERE), 1.0
@@ -72,13 +73,13 @@ def _spread(lamp: Lamp) -> tuple[float, float]:
 
 @part
 def three(lamps, k, column):
-    """Three numbers of lamp k, from a column on."""
+    """The vector or colour in columns `column` to `column` + 2 of lamp k."""
     return lamps[k, column], lamps[k, column + 1], lamps[k, column + 2]
 
 
 @part
 def sample(lamps, k, x, u, v):
-    """A direction from x towards lamp k: (wi, distance, radiance, pdf); see the top of this file."""
+    """A direction from x towards lamp k, by u and v in [0, 1): (wi, distance, radiance, pdf), see the top of this file."""
     kind = lamps[k, KIND]
     if kind == F(SUN):
         return _sample_sun(lamps, k, u, v)
@@ -89,7 +90,7 @@ def sample(lamps, k, x, u, v):
 
 @part
 def hit(lamps, k, origin, wi):
-    """What a ray meets of lamp k: distance (NOWHERE if it misses), radiance, and the pdf of `sample` for it."""
+    """The hit of a ray on lamp k: distance (NOWHERE if it misses), radiance, and the pdf with which `sample` draws wi."""
     kind = lamps[k, KIND]
     if kind == F(SUN):
         return _hit_sun(lamps, k, wi)
@@ -103,7 +104,7 @@ def hit(lamps, k, origin, wi):
 
 @part
 def _ball_radiance(lamps, k, wi):
-    """Radiance of a point or spot with a radius; without, its intensity."""
+    """Radiance of a point or spot; its intensity if its radius is 0."""
     emission = three(lamps, k, EMISSION)
     r = lamps[k, RADIUS]
     if r > F(0):
@@ -131,7 +132,7 @@ def _sample_ball(lamps, k, x, u, v):
         far = math.sqrt(dot(y, y))
         wi = scale(y, F(1) / far)
         return wi, far, _ball_radiance(lamps, k, wi), far * far * INV_PI / (r * r * dot(axis, wi))
-    if distance <= r:  # from within, everything is in view
+    if distance <= r:  # x is inside the ball, which fills all directions
         z, (a, b) = F(1) - F(2) * u, circle(v)
         rho = math.sqrt(max(F(0), F(1) - z * z))
         wi = (rho * a, rho * b, z)
@@ -143,24 +144,24 @@ def _sample_ball(lamps, k, x, u, v):
 
 @part
 def in_cone(axis, opening, u, v):
-    """A direction around the axis, uniform over the solid angle 2 pi opening; `opening` is 1 - cos of the half angle."""
+    """A direction uniform in the cone around `axis`, whose solid angle is 2 pi opening; `opening` is 1 - cos of the half angle."""
     t, b = tangents(axis)
     x, y = circle(v)
     versine = u * opening
-    sine = math.sqrt(versine * (F(2) - versine))  # not by the cosine, which near 1 has few bits
+    sine = math.sqrt(versine * (F(2) - versine))  # not from the cosine, which has few bits near 1
     return to_world(t, b, axis, (sine * x, sine * y, F(1) - versine))
 
 
 @part
 def _opening(r, distance):
-    """1 - cos of the half angle that a ball of radius r covers at a distance; well rounded for small balls."""
+    """1 - cos a with sin a = r / distance, the half angle that a ball covers; accurate for small balls, too."""
     squared = min(r * r / (distance * distance), F(1))
     return squared / (F(1) + math.sqrt(F(1) - squared))
 
 
 @part
 def _ball_distance(to_centre, r, wi):
-    """Where a ray from the origin first leaves or enters the ball; its closest approach where rounding makes it miss."""
+    """Distance at which a ray first crosses the ball's surface; that of its closest approach if rounding makes it miss."""
     along = dot(to_centre, wi)
     aside = subtract(to_centre, scale(wi, along))
     half = math.sqrt(max(F(0), r * r - dot(aside, aside)))
@@ -187,7 +188,7 @@ def _hit_disc(lamps, k, origin, wi):
     along = dot(to_centre, wi)
     if along <= F(0) or squared == F(0):
         return NOWHERE, DARK, F(0)
-    distance = squared / along  # to the plane through the centre, across the line to it
+    distance = squared / along  # to the plane through the centre, perpendicular to `to_centre`
     aside = subtract(to_centre, scale(wi, distance))
     if dot(aside, aside) > r * r:
         return NOWHERE, DARK, F(0)
@@ -210,7 +211,7 @@ def _sample_sun(lamps, k, u, v):
 
 @part
 def _sun_radiance(lamps, k):
-    """So that a surface facing the middle of the disc receives the irradiance given."""
+    """L = E / (pi sin^2 radius): E is the irradiance on a surface that faces the middle of the disc."""
     sine = math.sin(lamps[k, RADIUS])
     return scale(three(lamps, k, EMISSION), INV_PI / (sine * sine))
 
@@ -236,7 +237,7 @@ def _area(lamps, k):
 
 @part
 def _area_radiance(lamps, k, cosine):
-    """Radiance at an angle from the axis; with a spread, that of a softbox with a grid."""
+    """Radiance at an angle a from the axis; with a spread it falls as max(0, tan(spread / 2) - tan a), as behind a softbox's grid."""
     emission = three(lamps, k, EMISSION)
     if lamps[k, SPREAD] == NOWHERE:
         return emission
@@ -265,7 +266,7 @@ def _sample_area(lamps, k, x, u, v):
 
 @part
 def _sample_beam(lamps, k, x):
-    """Of a spread of 0: all the light goes along the axis, as that of a sun."""
+    """A sample of a lamp with spread 0: all its light goes along the axis, as a sun's does."""
     axis = three(lamps, k, AXIS_Z)
     distance = _area_distance(lamps, k, x, axis)
     light = scale(three(lamps, k, EMISSION), PI) if distance < NOWHERE else DARK
@@ -274,7 +275,7 @@ def _sample_beam(lamps, k, x):
 
 @part
 def _area_distance(lamps, k, origin, wi):
-    """Where a ray meets the front of the lamp; NOWHERE if it misses."""
+    """Distance at which a ray meets the front of the lamp; NOWHERE if it misses."""
     cosine = dot(three(lamps, k, AXIS_Z), wi)
     to_centre = subtract(three(lamps, k, POSITION), origin)
     along = dot(to_centre, three(lamps, k, AXIS_Z))

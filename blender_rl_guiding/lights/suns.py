@@ -5,20 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..kernels.sampling import LUMINANCE
 from ..scene.description import Closure, Instruction, Node, Shader
 from ..shading.operands import Shading
 from ..shading.program import compile_alone
-from .world import LUMINANCE, Sun, radiance
+from .world import Sun, radiance
 
-_OFF = 1e-4  # how far a matrix may be from one that keeps angles
-_WIDER, _MORE = 1.001, 2e-6  # factor and radians, so that rounding leaves nothing bright outside of a cone
-_PROBES = 64  # directions within a disc that its brightness is averaged over
+_OFF = 1e-4  # error that a matrix may have and still count as orthogonal
+_WIDER, _MORE = 1.001, 2e-6  # factor and radians that widen a cone: rounding then leaves nothing bright outside
+_PROBES = 64  # directions in a disc over which its brightness is averaged
 
 
 def without_suns(world: Shader, shading: Shading) -> tuple[Shading, list[Sun]]:
-    """The world as the last shader, without the discs of suns that are cones of directions; and these.
+    """The world without its suns, as the last shader, and these suns.
 
-    A disc that is seen through coordinates which are more than turned or mirrored is no cone, and stays.
+    Only discs that are cones of directions are taken out. A disc stays if its coordinates are more than rotated or mirrored.
     """
     if all(step.op != "sun_disc" for step in world.code):
         return shading, []
@@ -33,7 +34,7 @@ def without_suns(world: Shader, shading: Shading) -> tuple[Shading, list[Sun]]:
 
 
 def _cone(world: Shader, k: int, shading: Shading) -> tuple[np.ndarray, float] | None:
-    """Axis and half angle of the disc that step k shows; None where it is not a cone of directions."""
+    """Axis, (3,) unit, and half angle, radians, of the disc that step k draws; None if it is not a cone of directions."""
     direction, _, elevation, size, _ = world.code[k].inputs
     if not (isinstance(direction, Node) and isinstance(elevation, float) and isinstance(size, float)):
         return None
@@ -45,9 +46,9 @@ def _cone(world: Shader, k: int, shading: Shading) -> tuple[np.ndarray, float] |
 
 
 def _turned(world: Shader, value: Node, shading: Shading) -> np.ndarray | None:
-    """The 3 x 3 matrix by which a value of the code is the ray's direction turned or mirrored; None where it is something else."""
+    """The orthogonal 3 x 3 matrix M with `value` = M direction for every direction of a ray; None if there is none."""
     probes = np.concatenate([np.eye(3), around(np.array((0.0, 0.0, 1.0)), math.pi, _PROBES)])
-    as_color = Instruction("vector_math", (value, 0.5, 0.5, 0.0), "MULTIPLY_ADD")  # no colour is negative
+    as_color = Instruction("vector_math", (value, 0.5, 0.5, 0.0), "MULTIPLY_ADD")  # to 0..1: no colour is negative
     shader = Shader("", (*world.code, as_color), (Closure("emission", 1.0, {"color": Node(len(world.code))}),))
     values = 2 * radiance(compile_alone(shader, shading), probes) - 1
     matrix = values[:3].T
@@ -56,7 +57,7 @@ def _turned(world: Shader, value: Node, shading: Shading) -> np.ndarray | None:
 
 
 def around(axis: np.ndarray, half: float, count: int) -> np.ndarray:
-    """(count, 3), unit vectors spread evenly over the solid angle of a cone."""
+    """(count, 3), unit vectors spread evenly over the solid angle of a cone of half angle `half`, radians."""
     z = 1 - (np.arange(count) + 0.5) / count * 2 * math.sin(half / 2) ** 2
     turn = np.arange(count) * (math.pi * (3 - math.sqrt(5)))
     aside = np.eye(3)[np.abs(axis).argmin()]

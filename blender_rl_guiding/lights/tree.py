@@ -1,4 +1,4 @@
-"""Which lamps a ray may meet: boxes within boxes, so that thousands of lamps cost a ray no more than the few on its way."""
+"""A tree of boxes around lamps: a ray is tested against the few lamps on its way, not against thousands."""
 
 from typing import NamedTuple
 
@@ -9,16 +9,16 @@ from ..kernels.sampling import F
 from .lamps import AREA, AXIS_X, AXIS_Y, HEIGHT, HITTABLE, KIND, POSITION, RADIUS, SUN, WIDTH
 
 _EVERYWHERE = 1e30
-_LEAST = F(1e-20)  # a ray along an axis would divide by zero
+_LEAST = F(1e-20)  # in place of smaller components of a direction: a ray along an axis would divide by zero
 
 
 class LampTree(NamedTuple):
-    """The boxes, each before those in it; what passes by a box goes on at `skip`."""
+    """N boxes, each followed by those inside it. A ray that misses box i goes on at box skip[i]."""
 
     low: np.ndarray  # (N, 3) float32
     high: np.ndarray  # (N, 3) float32
     skip: np.ndarray  # (N,) int32
-    lamp: np.ndarray  # (N,) int32, what is in a box that has no others in it; -1 for the others
+    lamp: np.ndarray  # (N,) int32, the lamp in a leaf; -1 for boxes that hold others
 
 
 def lamp_tree(lamps: np.ndarray) -> LampTree:
@@ -61,7 +61,7 @@ def _bounds(lamps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @part
 def inverse(direction):
-    """What `crosses` needs of a ray's direction."""
+    """1 / direction by components, for `crosses`."""
     return _over(direction[0]), _over(direction[1]), _over(direction[2])
 
 

@@ -1,4 +1,4 @@
-"""The world: its radiance by its shader, and a map of where it is bright, with suns beside it, from which directions are drawn."""
+"""The world: its radiance, and a density to draw directions from: a map of its brightness, with suns beside it."""
 
 import math
 from collections.abc import Sequence
@@ -9,14 +9,13 @@ import numpy as np
 from ..bsdf.surface import emission
 from ..kernels import kernel, part
 from ..kernels.pointers import ref
-from ..kernels.sampling import PI, TWO_PI, F, circle, cross, dot, place, scale, store, vector
+from ..kernels.sampling import LUMINANCE, PI, TWO_PI, F, circle, cross, dot, place, scale, store, vector
 from ..shading.evaluate import run
 from ..shading.operands import REGISTERS, Shading, make_point
 from .alias import Alias, alias_table, draw
 from .lamps import in_cone
 
 ROWS, COLUMNS = 512, 1024
-LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 class Sun(NamedTuple):
@@ -28,28 +27,33 @@ class Sun(NamedTuple):
 
 
 class WorldMap(NamedTuple):
-    """Equal steps of polar angle and azimuth, a cell as likely as the light from it; and K suns, uniform within their cones."""
+    """A density over directions: cells, by equal steps of polar angle and azimuth, and K suns, uniform within their cones.
+
+    A cell or a sun is drawn in proportion to its light.
+    """
 
     cells: Alias
-    pdf: np.ndarray  # (rows, columns) float32, per solid angle, of taking no sun but a direction in that cell
+    pdf: np.ndarray  # (rows, columns) float32, density per solid angle in each cell, times `sunless`
     sunless: np.float32  # probability of taking no sun
     suns: np.ndarray  # (K, 3) float32, their axes
-    cones: np.ndarray  # (K, 4) float32: 1 - cos and squared sine of the half angle, density, probability of this sun or one before it
+    # (K, 4) float32: 1 - cos a and sin^2 a of the half angle a; density per solid angle, times the sun's probability; probability of
+    # this sun or one before it
+    cones: np.ndarray
 
 
 def world_map(shading: Shading, suns: Sequence[Sun] = ()) -> tuple[WorldMap, float]:
-    """The map of a world that is not the same everywhere, and the integral of its luminance over all directions.
+    """The map of a world that varies, and the integral of its luminance over all directions, suns included.
 
-    The suns, which `shading` does not show, are taken as often as their share of that.
+    `shading` shows the world without `suns`. The probability of a sun is its share of the integral.
     """
     edges = np.cos(np.linspace(0, np.pi, ROWS + 1))
     solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / COLUMNS))[:, None]
     power = radiance(shading, _middles()).reshape(ROWS, COLUMNS, 3) @ LUMINANCE * solid_angle
     light = np.array([power.sum(), *(sun.light for sun in suns)])
-    # A little everywhere: the shader was looked at in the middle of each cell only.
+    # One per cent is spread evenly: the shader was evaluated in the middle of each cell only.
     power += 0.01 * (power.sum() or 1.0) * solid_angle / (4 * np.pi)
     share = power / power.sum()
-    chance = np.maximum(light, 0.01 * light.sum() or 1.0)  # nor is anything left out whose light was underestimated
+    chance = np.maximum(light, 0.01 * light.sum() or 1.0)  # 1 % at least: light may be underestimated
     chance /= chance.sum()
     cones = np.array([_cone(sun.half) for sun in suns]).reshape(-1, 2)
     columns = *cones.T, chance[1:] / (2 * np.pi * cones[:, 0]), np.cumsum(chance[1:])
@@ -63,7 +67,7 @@ def world_map(shading: Shading, suns: Sequence[Sun] = ()) -> tuple[WorldMap, flo
 
 
 def no_world() -> WorldMap:
-    """What stands where the world is not sampled."""
+    """The map of a world that is not sampled."""
     none = np.zeros((0, 4), np.float32)
     return WorldMap(alias_table(np.ones(1)), np.zeros((1, 1), np.float32), F(1), none[:, :3].copy(), none)
 
@@ -73,14 +77,14 @@ def _cone(half: float) -> tuple[float, float]:
 
 
 def _middles() -> np.ndarray:
-    """(ROWS COLUMNS, 3), the directions in the middle of the cells."""
+    """(ROWS COLUMNS, 3), the directions through the middles of the cells."""
     theta, phi = (np.arange(ROWS)[:, None] + 0.5) * (np.pi / ROWS), (np.arange(COLUMNS) + 0.5) * (2 * np.pi / COLUMNS)
     x, y, z = np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta))
     return np.stack([x, y, z], axis=-1).reshape(-1, 3)
 
 
 def radiance(shading: Shading, directions: np.ndarray) -> np.ndarray:
-    """What arrives at lights' own rays from unit vectors, (N, 3): linear RGB, (N, 3) float64."""
+    """Radiance from unit `directions`, (N, 3), as light sampling sees it: linear RGB, (N, 3) float64."""
     colors = np.ascontiguousarray(directions, np.float32).copy()
     _look(shading, np.zeros((REGISTERS, 3), np.float32), colors)
     return colors.astype(np.float64)
@@ -88,7 +92,7 @@ def radiance(shading: Shading, directions: np.ndarray) -> np.ndarray:
 
 @kernel
 def _look(shading, registers, rows):
-    """Put a colour in place of each direction."""
+    """Replace each direction in `rows`, (N, 3), by the radiance from it."""
     shading = ref(shading)
     for i in range(rows.shape[0]):
         store(rows, i, world_radiance(shading, registers, vector(rows, i), np.int64(0), np.int64(0)))
@@ -96,7 +100,7 @@ def _look(shading, registers, rows):
 
 @part
 def world_radiance(shading, registers, wi, ray, depth):
-    """What arrives from the direction wi, for a kind of ray; linear RGB."""
+    """Radiance that arrives from direction wi, linear RGB, for a kind of ray after `depth` scattering events."""
     world = shading.shaders.shape[0] - 1
     wo = scale(wi, F(-1))
     point = ref(make_point(wi, wo, wo, wo, -1, -1, F(0), F(0), 0, ray, F(0), depth))
@@ -106,7 +110,7 @@ def world_radiance(shading, registers, wi, ray, depth):
 
 @part
 def sample_world(world, choice, u, v):
-    """A direction by the map or a sun, by three uniform numbers."""
+    """A direction from the map or a sun, by three numbers uniform in [0, 1)."""
     suns = world.suns.shape[0]
     if suns > 0 and u >= world.sunless:
         u -= world.sunless
@@ -123,7 +127,7 @@ def sample_world(world, choice, u, v):
 
 @part
 def _sample_sun(world, u, v):
-    """A direction within a sun, by u below the probability of taking any."""
+    """A direction within a sun; u is uniform in [0, 1 - sunless)."""
     k, before, last = 0, F(0), world.suns.shape[0] - 1
     while k < last and u >= world.cones[k, 3]:
         before = world.cones[k, 3]

@@ -1,4 +1,4 @@
-"""Opens .blend files by a Blender of its own, which exports them."""
+"""Opens .blend files: starts a Blender that exports them."""
 
 from .blend import export, open_scene, opening
 

@@ -30,9 +30,9 @@ def open_scene(path: Path, blender: Path | None = None, view: View = View()) -> 
 
 @contextmanager
 def opening(path: Path, blender: Path | None = None, view: View = View()) -> Iterator[Callable[[], SceneData]]:
-    """`open_scene` for whoever has other things to do while Blender exports: yields what waits for the scene.
+    """As `open_scene`, but Blender exports in the background: yields a function that waits for the scene.
 
-    InputError comes from there, or at once where no Blender is needed to see what is wrong. Nothing is left of an export after the block.
+    The function raises InputError; a fault that shows without Blender raises it at once. After the block nothing is left of the export.
     """
     if path.suffix != ".blend":
         view.check_none(path)
@@ -54,15 +54,16 @@ def opening(path: Path, blender: Path | None = None, view: View = View()) -> Ite
 def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bool = False, view: View = View()) -> tuple[Loss, ...]:
     """Write the bundle of a .blend, through the bpy module or a Blender executable; returns the coverage report.
 
-    With `strict` a coverage report that is not empty is an InputError, too. On any error `bundle` stays as it was.
+    With `strict` a coverage report that is not empty is an InputError. On any error `bundle` stays as it was.
     """
     command = exporter(blend, blender)
+    options = ["--strict"] if strict else []
     try:
         bundle.parent.mkdir(parents=True, exist_ok=True)
-        # A folder for the child to write to, so that nothing remains of it even if it is killed.
+        # The child writes to a temporary folder, so that nothing remains even if it is killed.
         with temporary_folder(bundle.parent) as folder:
             part = Path(folder).resolve() / bundle.name
-            with _exporting(command, blend, part, view, *["--strict"] * strict) as finish:
+            with _exporting(command, blend, part, view, *options) as finish:
                 coverage = finish()
             os.replace(part, bundle)
     except OSError as error:
@@ -81,7 +82,7 @@ def _check(blend: Path) -> None:
 
 
 def exporter(blend: Path, blender: Path | None) -> list[str]:
-    """What starts the exporter. InputError where it has no hope of opening the file."""
+    """The command that starts the exporter. InputError if it could not open the file: no .blend, no add-on or no bpy."""
     _check(blend)
     if not _SCRIPT.is_file():
         raise InputError(f"cannot open .blend files: the add-on is not at {_SCRIPT.parent}")
@@ -96,14 +97,14 @@ def exporter(blend: Path, blender: Path | None) -> list[str]:
 
 @contextmanager
 def _exporting(command: list[str], blend: Path, bundle: Path, view: View, *options: str) -> Iterator[Callable[[], tuple[Loss, ...]]]:
-    """A child that exports; yields what waits for its end and gives the coverage report. The child never outlives the block."""
+    """Start a child that exports; yields a function that waits for it and returns the coverage report. The child ends with the block."""
     arguments = [*command, str(blend.resolve()), str(bundle), "--view", view.to_json(), "--held", *options]
     with running(arguments, stdout=subprocess.PIPE) as child:
         yield lambda: _coverage(child, blend)
 
 
 def _coverage(child: Child, blend: Path) -> tuple[Loss, ...]:
-    """The coverage report in the JSON line of a finished export."""
+    """Wait for the export, and return the coverage report of its JSON line. InputError if it failed."""
     assert child.process.stdout
     said = child.process.stdout.read()
     child.ended()
@@ -120,22 +121,22 @@ class Outcome:
     ok: str = ""  # the bundle
     error: str = ""  # one line; empty where all went well
     coverage: tuple[Loss, ...] = ()
-    source: str = ""  # of an animation: what its frames are made of, see `frames`
+    source: str = ""  # of an animation: the key of what its frames are made of, see `frames`
 
 
 def outcome_of(line: str) -> Outcome | None:
-    """What a line of the exporter says; None for the lines that Blender writes. InputError where it is an error."""
+    """The exporter's answer in a line; None for lines that Blender writes. InputError if the answer is an error."""
     if not line.startswith(('{"ok"', '{"error"')):
         return None
     try:
         outcome: Outcome = read(Outcome, parse(line), "the exporter's answer", loose=True)
     except MalformedError as error:
-        raise InputError(f"Blender said something that is no answer of the exporter: {error}") from error
+        raise InputError(f"cannot read the exporter's answer: {error}") from error
     if outcome.error:
         raise InputError(outcome.error)
     return outcome
 
 
 def failure(blend: Path, child: Child, said: str = "") -> InputError:
-    """The error of an exporter that ended without a word about it."""
+    """The error of an exporter that ended without an answer."""
     return InputError(f"Blender failed on {blend}: it {child.fate(said)}")

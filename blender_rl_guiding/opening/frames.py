@@ -1,4 +1,4 @@
-"""The frames of an animation, exported one by one by one Blender, while something else is done with the one before."""
+"""Exports the frames of an animation one by one, in one Blender, while the caller works on the frame before."""
 
 import os
 import subprocess
@@ -16,15 +16,15 @@ from .blend import Outcome, exporter, failure, outcome_of
 
 
 class Frames:
-    """A Blender that has a file open."""
+    """A Blender that has a file open, and exports its frames."""
 
     def __init__(self, blend: Path, bundle: Path, child: Child) -> None:
         self._blend, self._bundle, self._child = blend, bundle, child
 
     def source(self) -> str:
-        """What the frames are made of, as a key: the file, what it refers to, and what is taken of it. Waits until it is open.
+        """A key of what the frames are made of: the file, the files that it refers to, and the view. Waits until the file is open.
 
-        The first to be called. InputError where the file cannot be opened or has nothing of that kind.
+        Has to be called first. InputError if the file cannot be opened, or lacks what the view names.
         """
         return self._outcome().source
 
@@ -33,10 +33,10 @@ class Frames:
         stdin = self._child.process.stdin
         assert stdin
         with suppress(BrokenPipeError):  # it has ended; `take` tells why
-            os.write(stdin.fileno(), f"{frame}\n".encode())  # unbuffered, or closing the pipe would try again
+            os.write(stdin.fileno(), f"{frame}\n".encode())  # unbuffered: else closing the pipe would write once more
 
     def take(self) -> SceneData:
-        """Wait for the frame that was asked for. InputError where it cannot be exported."""
+        """Wait for the frame that was asked for. InputError if it cannot be exported."""
         self._outcome()
         scene = load(self._bundle)
         self._bundle.unlink()
@@ -53,7 +53,7 @@ class Frames:
 
 @contextmanager
 def exporting_frames(blend: Path, view: View, blender: Path | None = None) -> Iterator[Frames]:
-    """A Blender that opens a file for its frames; it does not outlive the block. InputError where it cannot start."""
+    """Start a Blender that opens a file for its frames; it ends with the block. InputError if it cannot start."""
     if blend.suffix != ".blend":
         raise InputError(f"--frames is for .blend files: {blend} is a bundle, of one frame")
     command = exporter(blend, blender)

@@ -11,9 +11,8 @@ import numpy as np
 from ..errors import InputError
 from ..guiding.cell_count import cells_found
 from ..memory import available, in_words
-from ..scene.data import SceneData
+from ..scene.data import SceneData, placed, runs
 from ..scene.description import emits
-from ..scene.instances import placed, runs
 from ..settings import DQN, Machine, QTable, Render
 from ..sizes import sizes
 from .path_tracer import MOST_LEARNT

@@ -1,1 +1,1 @@
-"""What is rendered: the scene bundle, its camera, geometry and lights."""
+"""The scene as data: bundle, camera, geometry, lights and shaders. Blender's Python imports this."""

@@ -19,7 +19,7 @@ VERSION = 3
 
 
 def save(scene: SceneData, path: Path) -> None:
-    """Write the bundle under a temporary name, then rename. InputError where the place cannot be written."""
+    """Write the bundle under a temporary name, then rename. InputError if it cannot be written."""
     arrays = {name: getattr(scene, name) for name in ARRAYS} | {f"texture_{k}": t.texels for k, t in enumerate(scene.textures)}
     arrays["header"] = np.array(json.dumps({"version": VERSION} | scene.header()))
     with atomic(path) as part, part.open("wb") as file:

@@ -1,4 +1,4 @@
-"""Lamps that rays seldom meet by chance: where light sampling is off, all they give is a few white dots. Needs nothing but numpy."""
+"""Lamps so small that rays seldom meet them: without light sampling they give a few white dots. Needs nothing but numpy."""
 
 import math
 
@@ -7,12 +7,15 @@ import numpy as np
 from .data import SceneData
 from .description import Lamp, Loss
 
-LEAST = 1e-3  # share of the rays into a hemisphere; at 32 samples a pixel, that one ray in thirty pixels' first bounce meets the lamp
+LEAST = 1e-3  # share of the rays into a hemisphere: at 32 samples a pixel, the first bounce meets the lamp in one pixel of thirty
 DETAIL = "too small to be found by chance, and next-event estimation is off: its light becomes a few white dots"
 
 
 def left_to_chance(scene: SceneData, nee: bool) -> tuple[Loss, ...]:
-    """A line for each lamp that has a size, and covers less than `LEAST` of the hemisphere as seen from the scene's middle."""
+    """A Loss for each lamp that has a size but covers less than `LEAST` of the hemisphere, seen from the scene's middle.
+
+    None with `nee`: next-event estimation finds them all.
+    """
     if nee or not len(scene.triangles):
         return ()
     low, high = scene.bounds
@@ -21,7 +24,7 @@ def left_to_chance(scene: SceneData, nee: bool) -> tuple[Loss, ...]:
 
 
 def _share(lamp: Lamp, middle: np.ndarray, radius: float) -> float:
-    """Solid angle of a lamp over 2 pi, from the scene's middle, or half its radius away if it is nearer; 0 if rays cannot hit it."""
+    """Solid angle of a lamp over 2 pi, seen from the scene's middle, at least half its radius away; 0 if rays cannot hit it."""
     if not lamp.mis or (lamp.kind == "area" and not lamp.spread):
         return 0.0
     if lamp.kind == "sun":

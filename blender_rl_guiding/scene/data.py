@@ -6,19 +6,21 @@ World space is Blender's: right-handed, z up, metres.
 
 import hashlib
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from . import instances
 from .description import VISIBLE, Bounces, Camera, Film, Lamp, Loss, Shader
 
 TABLE_SIZE = 256
+BLOCK = 1 << 16  # instances, triangles or numbers whose arithmetic stays in the cache
 _GRID = 64.0  # metres
 
-# Every array: type, shape (None: any length) and what it is when a scene has none of it.
+# Type and shape of every array; None stands for any length.
 ARRAYS: dict[str, tuple[type, tuple[int | None, ...]]] = {
     "vertices": (np.float32, (None, 3)),
     "triangles": (np.int32, (None, 3)),
@@ -49,7 +51,7 @@ class Texture:
 
     name: str
     srgb: bool  # whether 8-bit colours have to be decoded; alpha never has
-    # (H, W, 4) uint8 or float32, RGBA, top row first; whether colours are multiplied by alpha is told where they are read: `ops.Alpha`
+    # (H, W, 4) uint8 or float32, RGBA, top row first. Each instruction that reads them says how alpha is applied: `ops.Alpha`
     texels: np.ndarray = field(compare=False)
     tile: int = 0  # UDIM number of a tile of an image: 1001 + column + 10 row; 0 for a whole image
     rest: int = 0  # how many textures after it are tiles of the same image, in rising order
@@ -68,7 +70,7 @@ class SceneData:
     triangles: np.ndarray  # (T, 3) int32, indices of vertices; those of an object or a mesh follow each other
     normals: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     material: np.ndarray  # (T,) int32, index of shaders; those of meshes do not emit
-    object: np.ndarray  # (W,) int32, index of the object that a triangle belongs to; never falls
+    object: np.ndarray  # (W,) int32, index of the object that a triangle belongs to; never decreases
     shaders: tuple[Shader, ...]
     camera: Camera
     world: Shader = Shader("")
@@ -79,13 +81,13 @@ class SceneData:
         default_factory=lambda: np.full(1, VISIBLE, np.uint8)
     )  # (O,) sum of the kinds of rays that see an object
     world_visibility: int = VISIBLE  # sum of the kinds of rays that see the world
-    # What attribute k has at the corners of the t-th triangle of object o: attributes[attribute_rows[k, o] + t]
+    # Attribute k at the corners of triangle t of object o: attributes[attribute_rows[k, o] + t]
     attributes: np.ndarray = _none("attributes")  # (N, 3, 3) float32, three numbers at each corner of a triangle
-    attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object does not have the attribute: it is 0 there
-    object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, what is the same all over an object
+    attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object lacks the attribute: it is 0 there
+    object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, values that are constant over an object
     tables: np.ndarray = _none("tables")  # (R, 256, 4) float32, colour ramps and curves over 0..1
     meshes: np.ndarray = _none("meshes")  # (M,) int32, first triangle of each mesh; W is the first of these
-    instances: np.ndarray = _none("instances")  # (I,) int32, index of meshes; never falls
+    instances: np.ndarray = _none("instances")  # (I,) int32, index of meshes; never decreases
     instance_to_world: np.ndarray = _none("instance_to_world")  # (I, 3, 4) float32, from the mesh's space to the world's; invertible
     textures: tuple[Texture, ...] = ()
     coverage: tuple[Loss, ...] = ()
@@ -97,16 +99,16 @@ class SceneData:
             texture.texels.setflags(write=False)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        # What another process sent must be as the original: kernels are compiled for arrays that cannot be written to.
+        # Arrays from another process arrive writeable, but kernels are compiled for read-only ones.
         self.__dict__.update(state)
         self.__post_init__()
 
     @cached_property
     def origin(self) -> np.ndarray:
-        """(3,) float32, what the renderer counts positions from, so that rounding is small near the camera however far it is from 0.
+        """(3,) float32. The renderer counts positions from here: rounding is then small near the camera, however far that is from 0.
 
-        It is the corner of a grid next to the camera, or to the point of the scene's box next to that. As the steps of the grid are
-        whole, nothing is rounded by the subtraction; and scenes near 0 stay where they are.
+        It is the point of a grid of 64 m next to the camera, or to the point of the scene's box nearest to it. The grid's coordinates
+        are whole numbers, so the subtraction does not round. Scenes near 0 stay where they are.
         """
         near = np.clip(np.array(self.camera.to_world)[:3, 3], *self._box)
         origin = (np.round(near / _GRID) * _GRID).astype(np.float32)
@@ -115,13 +117,13 @@ class SceneData:
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of a box around the scene, from its origin, (3,) float32 each; of a cube of a metre if it is empty."""
+        """Lowest and highest corner of a box around the scene, from its origin, (3,) float32 each; a cube of 1 m if it is empty."""
         low, high = self._box
         return low - self.origin, high - self.origin
 
     @cached_property
     def _box(self) -> tuple[np.ndarray, np.ndarray]:
-        return instances.box(self) if len(self.triangles) else (np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32))
+        return _box_of(self) if len(self.triangles) else (np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32))
 
     @cached_property
     def key(self) -> str:
@@ -151,3 +153,58 @@ class SceneData:
             "textures": [{"name": t.name, "srgb": t.srgb, "tile": t.tile, "rest": t.rest} for t in self.textures],
             "coverage": [asdict(loss) for loss in self.coverage],
         }
+
+
+# --- which triangles are whose, and where they are -------------------------------------------------------------------
+
+
+def runs(values: np.ndarray) -> Iterator[tuple[int, int]]:
+    """First and end of each run of equal values."""
+    starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
+    return pairwise([*starts.tolist(), len(values)])
+
+
+def placed(scene: SceneData) -> int:
+    """P, the number of objects that are no instances."""
+    return len(scene.visibility) - len(scene.instances)
+
+
+def first_triangles(scene: SceneData) -> np.ndarray:
+    """(O,) the first triangle of each object."""
+    return np.concatenate([np.searchsorted(scene.object, np.arange(placed(scene))), scene.meshes[scene.instances]])
+
+
+def sizes(scene: SceneData) -> np.ndarray:
+    """(M,) triangles of each mesh."""
+    return np.diff(scene.meshes, append=len(scene.triangles))
+
+
+def world_vertices(scene: SceneData) -> int:
+    """The number of vertices in world space."""
+    return int(scene.triangles[scene.meshes[0] :].min()) if len(scene.meshes) else len(scene.vertices)
+
+
+def _box_of(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner, (3,) float32, of a box around all: around the boxes of instances, not their vertices."""
+    world = scene.vertices[: world_vertices(scene)]
+    corners = [np.stack([world.min(axis=0), world.max(axis=0)])] if len(world) else []
+    corners += [np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]) for boxes in boxes_of(scene)]
+    return np.min(corners, axis=0)[0], np.max(corners, axis=0)[1]
+
+
+def boxes_of(scene: SceneData) -> Iterator[np.ndarray]:
+    """(n, 2, 3) float32, lowest and highest corner around each instance, in their order, some at a time."""
+    ends = scene.meshes + sizes(scene)
+    for first, end in runs(scene.instances):
+        mesh = scene.instances[first]
+        corners = scene.triangles[scene.meshes[mesh] : ends[mesh]]
+        vertices = scene.vertices[corners.min() : corners.max() + 1]
+        low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
+        for start in range(first, end, BLOCK):
+            yield _placed_boxes(scene.instance_to_world[start : min(start + BLOCK, end)], low, high)
+
+
+def _placed_boxes(matrices: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    middle = matrices[:, :, :3] @ ((low + high) / 2) + matrices[:, :, 3]
+    half = np.abs(matrices[:, :, :3]) @ ((high - low) / 2)
+    return np.stack([middle - half, middle + half], axis=1).astype(np.float32)

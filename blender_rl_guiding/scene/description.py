@@ -1,4 +1,4 @@
-"""What a scene bundle says in words and numbers: camera, film, lamps, shaders, and what could not be taken over.
+"""The part of a scene bundle that is no array: camera, film, lamps, shaders, and the coverage report.
 
 Standard library only, because the add-on writes these inside Blender's own Python (3.11 or newer).
 World space is Blender's: right-handed, z up, metres. Colours are linear Rec. 709.
@@ -9,11 +9,11 @@ from typing import Annotated, Literal
 
 from ..typed import Length, MalformedError, Range
 
-# Numbers and their limits: what single precision holds. `typed.read` checks them where a bundle is read, `faults` where it is written.
+# Numbers and their limits, those of single precision. `typed.read` checks them when a bundle is read, `faults` when it is written.
 LARGEST = 3.4028234663852886e38
 SMALLEST = 2.0**-126
-MOST = 2**31 - 1  # of anything that is counted: kernels have 32 bits
-FARTHEST = 1e18  # metres, positions from 0: what is further away, Embree does not see
+MOST = 2**31 - 1  # largest count of anything: kernels count in 32 bits
+FARTHEST = 1e18  # metres from 0: Embree does not see anything further away
 
 Real = Annotated[float, Range(-LARGEST, LARGEST)]
 Size = Annotated[float, Range(0.0, LARGEST)]
@@ -45,7 +45,7 @@ class Loss:
 # --- camera and film -------------------------------------------------------------------------------------------------
 
 
-CameraKind = Literal["perspective", "orthographic", "panorama", "hemisphere"]
+CameraKind = Literal["perspective", "orthographic", "panorama", "hemisphere"]  # kernels know them by their place
 Filter = Literal["box", "gaussian", "blackman_harris"]  # Cycles' own
 
 
@@ -57,8 +57,8 @@ class Camera:
     window: tuple[Real, Real, Real, Real]  # left, right, bottom, top of the image at distance 1; orthographic: in metres
     width: Annotated[int, Range(1, 65536)]  # pixels
     height: Annotated[int, Range(1, 65536)]
-    # perspective, orthographic, or panorama: equirectangular, the window in radians of longitude and latitude; or hemisphere: looks
-    # along +z, x of the window is the turn around it, 0..1, and y the cosine to it, so that all pixels are of one solid angle.
+    # panorama: equirectangular; the window is in radians of longitude and latitude. hemisphere: around +z; x of the window is the turn
+    # around it, 0..1, and y the cosine to it, so that all pixels have the same solid angle.
     kind: CameraKind = "perspective"
     near: Size = 0.0  # clip distances along the view axis; along the ray for panoramas and hemispheres
     far: Annotated[float, Range(0.0, float("inf"))] = float("inf")
@@ -76,22 +76,25 @@ class Film:
     filter: Filter = "box"
     filter_width: Positive = 1.0  # pixels; a box is always 1 wide
     exposure: Annotated[float, Range(0.0, 1e9)] = 1.0  # factor on the image
-    transparent: bool = False  # the world is not seen by the camera; the image has an alpha channel
+    transparent: bool = False  # the camera does not see the world; the image has an alpha channel
 
 
 @dataclass(frozen=True)
 class Bounces:
-    """Limits of scattering events, counted as `max_bounces` is: after reaching one of them a path scatters no more."""
+    """Limits of scattering events, counted like `max_bounces`: a path that reaches one of them scatters no more."""
 
     total: Limit = 13
     diffuse: Limit = 5
     glossy: Limit = 5
     transmission: Limit = 13
-    transparent: Limit = 8  # passages through transparent surfaces, which are not counted otherwise
+    transparent: Limit = 8  # passages through transparent surfaces, which no other limit counts
     roulette: Limit = 0  # scattering events before Russian roulette begins
 
 
 # --- lamps -----------------------------------------------------------------------------------------------------------
+
+
+LampKind = Literal["point", "spot", "sun", "area"]  # likewise
 
 
 @dataclass(frozen=True)
@@ -99,13 +102,13 @@ class Lamp:
     """A light that is not part of a mesh. Shines along -z of `to_world`."""
 
     name: str
-    kind: Literal["point", "spot", "sun", "area"]
+    kind: LampKind
     to_world: Matrix
-    # point, spot: radiant intensity, W/sr, before the spot's cone; sun: irradiance, W/m^2; area: the radiance that it would have with a
-    # spread of pi
+    # point, spot: radiant intensity, W/sr, before the spot's cone; sun: irradiance, W/m^2; area: radiance, W/(sr m^2), of the same lamp
+    # with a spread of pi
     emission: Light
     radius: Size = 0.0  # point, spot: metres; sun: half of its angle, radians
-    soft: bool = True  # point, spot: a disc that turns towards whatever it lights, not a sphere
+    soft: bool = True  # point, spot: a disc that faces each lit point, not a sphere
     cone: Real = 0.0  # spot: half of its angle, radians
     blend: Real = 0.0  # spot: softness of the cone's edge, 0..1
     width: Size = 0.0  # area: metres along x of to_world (whose axes have unit length)
@@ -116,7 +119,7 @@ class Lamp:
     visibility: Visibility = VISIBLE & ~CAMERA
     shadow: bool = True  # whether things stand in its way
     mis: bool = True  # whether it can be hit by rays, and not only sampled
-    shader: Annotated[int, Range(-1, 2**24)] = -1  # index of the scene's shaders, whose emission the lamp's is multiplied by; -1 for none
+    shader: Annotated[int, Range(-1, 2**24)] = -1  # index of a shader, whose emission multiplies the lamp's; -1 for none
 
 
 # --- shaders ---------------------------------------------------------------------------------------------------------
@@ -159,15 +162,15 @@ class Closure:
 
 @dataclass(frozen=True)
 class Shader:
-    """What a surface or the world does with light."""
+    """A surface's or the world's emission, reflection and transmission."""
 
     name: str
     code: tuple[Instruction, ...] = ()
     closures: tuple[Closure, ...] = ()
 
 
-# The inputs of each closure with the values that they have where none is given. None for a normal is the surface's own (in the
-# code's terms: shading normal), for a tangent the one that Cycles makes up. Inputs mean what Blender's sockets of these names mean.
+# The inputs of each closure and their defaults. They mean what Blender's sockets of these names mean. A normal of None is the surface's
+# shading normal, a tangent of None the one that Cycles makes up.
 CLOSURES: dict[str, dict[str, Value | None]] = {
     "diffuse": {"color": (0.8, 0.8, 0.8), "roughness": 0.0, "normal": None},
     "translucent": {"color": (0.8, 0.8, 0.8), "normal": None},

@@ -1,4 +1,4 @@
-"""What makes a scene impossible to render, or its image a plain one. Needs nothing but numpy, as `data` does."""
+"""Finds faults that make a scene impossible to render, or its image uniform. Needs nothing but numpy, as `data` does."""
 
 import json
 from collections.abc import Iterator
@@ -9,36 +9,35 @@ import numpy as np
 
 from ..strings import fault_of_name
 from ..typed import MalformedError, read
-from . import instances
-from .data import ARRAYS, SceneData
+from .data import ARRAYS, BLOCK, SceneData, placed, sizes, world_vertices
 from .description import CAMERA, FARTHEST, LARGEST, MOST, VISIBLE, Closure, Header, Lamp, Node, Shader, Value, emits
 
-_BLOCK = 1 << 16  # triangles, or numbers, whose arithmetic stays in the cache
+_LEAST_DETERMINANT = 1e-24  # below that a matrix has no inverse in float32
 
 
 def find_fault(scene: SceneData) -> str:
-    """The first thing that makes a scene impossible to render, in one line; empty if there is none."""
+    """The first fault that makes a scene impossible to render, in one line; empty if there is none."""
     return _misdescribed(Header, scene.header(), "header") or find_misfit(scene)
 
 
 def find_misfit(scene: SceneData) -> str:
-    """The first inconsistency of a scene, in one line. Its types and limits were checked when it was read.
+    """The first inconsistency of a scene, in one line; empty if there is none. Its types and limits were checked when it was read.
 
-    Kernels compare no index with its array. So each that a bundle brings is proven here to lie inside, those of shaders' options by
-    `shading.program.check`; what is computed from numbers is kept inside where it is computed.
+    Kernels do not check indices. Every index in a bundle is proven here to lie inside its array, except shaders' options:
+    `shading.program.check` proves these. An index that is computed from numbers is clamped where it is computed.
     """
     return (
         _find_too_long(scene)
         or _find_bad_index(scene)
-        or instances.find_bad_table(scene)
+        or _find_bad_table(scene)
         or _find_bad_length(scene)
         or _find_bad_object(scene)
         or _find_bad_attribute(scene)
         or _find_infinite(scene)
         or _find_flat(scene)
-        or instances.find_singular(scene)
+        or _find_singular(scene)
         or _find_far(scene)
-        or instances.find_shining(scene)
+        or _find_shining(scene)
         or _find_bad_name(scene)
         or _find_bad_camera(scene)
         or _find_bad_reference(scene)
@@ -47,7 +46,7 @@ def find_misfit(scene: SceneData) -> str:
 
 
 def _misdescribed(kind: Any, values: dict[str, Any], name: str) -> str:
-    """The error of `typed.read` on the header that would be written to a bundle."""
+    """The error of `typed.read` on these values as a bundle would hold them; empty if there is none."""
     try:
         read(kind, json.loads(json.dumps(values)), name)
     except MalformedError as error:
@@ -64,10 +63,26 @@ def _find_too_long(scene: SceneData) -> str:
 
 
 def _find_bad_index(scene: SceneData) -> str:
-    """Of `triangles`, read by scene/geometry, lights/emitters and Embree; of `material`, by which all of a surface is looked up."""
+    """Indices in `triangles`, read by tracing/geometry, lights/emitters and Embree, and in `material`, read for every hit."""
     for plural, indices, there in (("vertices", scene.triangles, scene.vertices), ("materials", scene.material, scene.shaders)):
         if indices.size and (indices.min() < 0 or indices.max() >= len(there)):
             return f"triangles point to {plural} {indices.min()}..{indices.max()}, but there are {len(there)}"
+    return ""
+
+
+def _find_bad_table(scene: SceneData) -> str:
+    """What is wrong with the indices of meshes and instances, in one line; empty if nothing is."""
+    meshes, instances, triangles = scene.meshes, scene.instances, len(scene.triangles)
+    if len(meshes) and (meshes.min() < 0 or meshes.max() >= triangles or (meshes[1:] <= meshes[:-1]).any()):
+        return f"meshes begin at triangles {meshes.min()}..{meshes.max()} of {triangles}, which must rise"
+    if len(meshes) and scene.triangles[: meshes[0]].max(initial=-1) >= world_vertices(scene):
+        return f"vertex {world_vertices(scene)} is of a mesh, but vertices of triangles in the world follow"
+    if len(meshes) and not len(instances):
+        return f"{len(meshes)} meshes of instances, but no instances"
+    if len(instances) != len(scene.instance_to_world) or len(instances) > len(scene.visibility):
+        return f"{len(instances)} instances, but {len(scene.instance_to_world)} instance_to_world and {len(scene.visibility)} objects"
+    if len(instances) and (instances.min() < 0 or instances.max() >= len(meshes) or (instances[1:] < instances[:-1]).any()):
+        return f"instances are of meshes {instances.min()}..{instances.max()} of {len(meshes)}, which must never fall"
     return ""
 
 
@@ -80,27 +95,25 @@ def _find_bad_length(scene: SceneData) -> str:
 
 
 def _find_bad_object(scene: SceneData) -> str:
-    """Of `object`, by which visibility, attributes and matrices are looked up; what Embree returns counts these triangles and instances."""
-    placed = instances.placed(scene)
-    if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= placed or (scene.object[1:] < scene.object[:-1]).any()):
-        return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {placed}, which must never fall"
+    """Indices in `object`, by which visibility, attributes and matrices are read. Embree's answers count triangles and instances."""
+    count = placed(scene)
+    if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= count or (scene.object[1:] < scene.object[:-1]).any()):
+        return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {count}, which must never fall"
     if scene.visibility.max(initial=0) > VISIBLE:
         return f"visibility has {scene.visibility.max()}, but {VISIBLE} is all kinds of rays"
     return ""
 
 
 def _find_bad_attribute(scene: SceneData) -> str:
-    """Of `attribute_rows`, read by `shading.geometry.attribute` and `moved`, and the width of both tables of objects."""
+    """Indices in `attribute_rows`, read by `shading.geometry.attribute` and `moved`, and the width of both tables of objects."""
     objects, rows = len(scene.visibility), scene.attribute_rows
     if len(scene.object_attributes) and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
-    counts = np.concatenate(
-        [np.bincount(scene.object, minlength=instances.placed(scene)), instances.sizes(scene)[scene.instances]]
-    )  # triangles of each object
+    triangles = np.concatenate([np.bincount(scene.object, minlength=placed(scene)), sizes(scene)[scene.instances]])  # of each object
     if len(rows) and (
         rows.shape[1] != objects
         or rows.min(initial=0) < -1
-        or ((rows >= 0) & (rows > len(scene.attributes) - counts)).any()  # no sum, which could wrap round
+        or ((rows >= 0) & (rows > len(scene.attributes) - triangles)).any()  # no sum, which could wrap round
     ):
         return f"attribute_rows {rows.shape} do not fit {objects} objects and {len(scene.attributes)} rows of attributes"
     return ""
@@ -110,8 +123,8 @@ def _find_infinite(scene: SceneData) -> str:
     arrays = [(name, getattr(scene, name)) for name in ARRAYS] + [(f"texture {t.name!r}", t.texels) for t in scene.textures]
     for name, array in arrays:
         flat = array.reshape(-1) if array.dtype == np.float32 else array[:0]
-        for start in range(0, flat.size, _BLOCK):
-            if not (finite := np.isfinite(flat[start : start + _BLOCK])).all():
+        for start in range(0, flat.size, BLOCK):
+            if not (finite := np.isfinite(flat[start : start + BLOCK])).all():
                 place = tuple(map(int, np.unravel_index(start + finite.argmin(), array.shape)))
                 return f"{name} has {array[place]} at {place}, which is not a finite number"
     return ""
@@ -123,13 +136,27 @@ def _find_flat(scene: SceneData) -> str:
 
 
 def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(T,) bool, whose corners lie on one line or are one point. Exact up to the rounding of products in double precision."""
+    """(T,) bool, triangles whose corners lie on one line or coincide. Exact up to the rounding of products in double precision."""
     flat = np.empty(len(triangles), bool)
-    for start in range(0, len(triangles), _BLOCK):
-        a, b, c = vertices.take(triangles[start : start + _BLOCK].T, axis=0)
+    for start in range(0, len(triangles), BLOCK):
+        a, b, c = vertices.take(triangles[start : start + BLOCK].T, axis=0)
         (ux, uy, uz), (vx, vy, vz) = ((end.astype(np.float64) - a).T for end in (b, c))
-        flat[start : start + _BLOCK] = (uy * vz == uz * vy) & (uz * vx == ux * vz) & (ux * vy == uy * vx)
+        flat[start : start + BLOCK] = (uy * vz == uz * vy) & (uz * vx == ux * vz) & (ux * vy == uy * vx)
     return flat
+
+
+def _find_singular(scene: SceneData) -> str:
+    """The first instance whose matrix has no inverse, in one line; empty if there is none."""
+    for start in range(0, len(scene.instances), BLOCK):
+        if not (good := _invertible(scene.instance_to_world[start : start + BLOCK])).all():
+            return f"instance {start + good.argmin()} has a matrix without an inverse"
+    return ""
+
+
+def _invertible(matrices: np.ndarray) -> np.ndarray:
+    """(N,) bool, for the left 3 x 3 of matrices (N, 3, 3 or 4)."""
+    rows = matrices[:, :, :3].astype(np.float64)
+    return np.abs((np.cross(rows[:, 0], rows[:, 1]) * rows[:, 2]).sum(axis=1)) > _LEAST_DETERMINANT
 
 
 def _find_far(scene: SceneData) -> str:
@@ -145,6 +172,14 @@ def _find_far(scene: SceneData) -> str:
     return "" if near else f"an instance is more than {FARTHEST:g} metres away"
 
 
+def _find_shining(scene: SceneData) -> str:
+    """The first material of meshes of instances that emits, in one line; empty if there is none. Lights are sampled by triangle."""
+    for shader in np.unique(scene.material[len(scene.object) :]):
+        if any(map(emits, scene.shaders[shader].closures)):
+            return f"a mesh of instances emits, by shader {scene.shaders[shader].name!r}"
+    return ""
+
+
 def _find_bad_name(scene: SceneData) -> str:
     fault = fault_of_name(scene.name)
     return f"the name {scene.name!r} {fault}" if fault else ""
@@ -158,7 +193,7 @@ def _find_bad_camera(scene: SceneData) -> str:
 
 
 def _find_bad_reference(scene: SceneData) -> str:
-    """Of lamps, read by `lights.lamp_shaders`, and of tiles, by `shading.textures.find_tile`."""
+    """Shaders of lamps, read by `lights.lamp_shaders`, and tiles of textures, read by `shading.textures.find_tile`."""
     for lamp in scene.lamps:
         if lamp.shader >= len(scene.shaders):
             return f"lamp {lamp.name!r} has shader {lamp.shader}, but there are {len(scene.shaders)}"
@@ -169,17 +204,17 @@ def _find_bad_reference(scene: SceneData) -> str:
 
 
 def fault_of_lamp(lamp: Lamp) -> str:
-    """What makes a lamp impossible, in one line; empty if nothing does."""
+    """The fault of a lamp, in one line; empty if it has none."""
     return _misdescribed(Lamp, asdict(lamp), f"lamp {lamp.name!r}")
 
 
 def fault_of_shader(shader: Shader) -> str:
-    """What makes a shader impossible, in one line; empty if nothing does."""
+    """The fault of a shader, in one line; empty if it has none."""
     return _misdescribed(Shader, asdict(shader), f"shader {shader.name!r}") or _find_bad_step(shader)
 
 
 def _find_bad_step(shader: Shader) -> str:
-    """Of the steps that others and closures read: `shading.program` gives each a register."""
+    """Steps that other steps and closures read: `shading.program` gives each a register."""
     for k, instruction in enumerate(shader.code):
         if any(isinstance(value, Node) and not 0 <= value.index < k for value in instruction.inputs):
             return f"shader {shader.name!r}: step {k}, {instruction.op}, reads a value that is not computed before it"
@@ -194,7 +229,7 @@ def _values(closure: Closure) -> Iterator[Value]:
 
 
 def find_nothing(scene: SceneData) -> str:
-    """What makes the image of a scene a plain one, in one line: no light, or nothing but the world; empty if nothing does."""
+    """Why a scene's image is uniform, in one line: there is no light, or nothing but the world; empty if it is not."""
     used = [scene.shaders[m] for m in np.unique(scene.material)]
     if not (scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures)):
         return "the scene is dark: no lamp, no emitting surface, and the world is black"

@@ -1,30 +1,29 @@
-"""`--camera auto`: where a camera stands from which everything is seen that is worth it. Numpy only: Blender runs this, too."""
+"""`--camera auto`: places a camera that sees everything worth seeing. Numpy only: Blender runs this, too."""
 
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from .data import SceneData
+from .data import SceneData, boxes_of, placed
 from .description import CAMERA, Camera, Matrix
-from .instances import boxes_of, placed
 from .view import AUTO, View
 
-# From what is looked at to the camera: from the front, which is -y in Blender, a little from the right and from above.
+# Direction from the objects to the camera: it stands in front, which is -y in Blender, a little to the right and above.
 OUTSIDE = np.array((0.5, -0.87, 0.45)) / np.linalg.norm((0.5, -0.87, 0.45))
-MARGIN = 1.08  # how much farther away the camera is than it would have to be
-BACKDROP = 4.0  # a ground or a sky is that many times as large as what it is behind, at least
-FLAT = 0.25  # thickness of a ground, at most, as a share of its longest side
-ENCLOSED, HIDDEN = 0.6, 0.5  # shares of directions that are blocked, and of objects that are not seen from outside, in a room
-WIDE = 50 / 24  # how much wider the lens is in a room
+MARGIN = 1.08  # factor on the least distance from which the camera sees everything
+BACKDROP = 4.0  # a ground or a sky is at least that many times as large as the objects in front of it
+FLAT = 0.25  # largest thickness of a ground, as a share of its longest side
+ENCLOSED, HIDDEN = 0.6, 0.5  # in a room, more than these shares of directions are blocked, and of objects are hidden from outside
+WIDE = 50 / 24  # factor on the width of view in a room
 STEP_BACK = 0.9  # where the camera stands in a room, as a share of the way to its wall
-OCCLUDERS = 50_000  # triangles that sight is tested against: the largest
-TESTED = 64  # objects that are looked for, at most
-_PLACES = (0.0, 0.0), (-0.3, -0.3), (-0.3, 0.3), (0.3, -0.3), (0.3, 0.3)  # from where walls are looked for, in shares of the sides
+OCCLUDERS = 50_000  # triangles, the largest, that may block the view
+TESTED = 64  # most objects whose visibility is tested
+_PLACES = (0.0, 0.0), (-0.3, -0.3), (-0.3, 0.3), (0.3, -0.3), (0.3, 0.3)  # places to look for walls from, in shares of the sides
 
 
 class Objects(NamedTuple):
-    """What of a scene a camera is to see."""
+    """The objects of a scene that a camera is to see."""
 
     boxes: np.ndarray  # (n, 2, 3) float64, lowest and highest corner of each
     names: np.ndarray  # (n,) their indices in the scene
@@ -45,14 +44,14 @@ class Objects(NamedTuple):
 
 
 def viewed(scene: SceneData, view: View) -> SceneData:
-    """The scene by the camera that was asked for; it was exported by the one that Blender has."""
+    """The scene with the camera that `view` asks for; it was exported with Blender's."""
     return replace(scene, camera=framed(scene)) if view.camera == AUTO else scene
 
 
 def framed(scene: SceneData) -> Camera:
-    """The scene's camera, a perspective without shift, moved and turned to where it sees all objects but lights and backdrops.
+    """The scene's camera, a perspective without shift, moved and turned so that it sees all objects but lights and backdrops.
 
-    It stands in front of them; or among them with a wider lens, where they are a room that hides what is in it.
+    It stands in front of them. If they are a room that hides its contents, it stands inside, with a wider lens.
     """
     everything = _objects(scene)
     lit = _without_lights(scene, everything)
@@ -84,7 +83,7 @@ def _instances(scene: SceneData) -> Objects:
 
 
 def _in_world(scene: SceneData) -> Objects:
-    """Those whose triangles are in the world."""
+    """The objects whose triangles stand in world space."""
     seen = (scene.visibility[scene.object] & CAMERA) != 0
     triangles, owners = scene.triangles[: len(scene.object)][seen], scene.object[seen]
     names, starts = np.unique(owners, return_index=True)  # triangles of an object follow each other
@@ -96,14 +95,14 @@ def _in_world(scene: SceneData) -> Objects:
 
 
 def _without_lights(scene: SceneData, objects: Objects) -> Objects:
-    """Those that do more than shine; all, if none does."""
+    """The objects that do more than emit; all of them if none does."""
     shines = np.array([{closure.kind for closure in shader.closures} == {"emission"} for shader in scene.shaders], bool)
     plain = np.isin(objects.names, scene.object[~shines[scene.material[: len(scene.object)]]]) | (objects.names >= placed(scene))
     return objects.where(plain) if plain.any() else objects
 
 
 def _backdrops(objects: Objects) -> np.ndarray:
-    """(n,) bool: grounds, walls and skies, which are flat or around what is in front of them, and much larger than that."""
+    """(n,) bool: grounds, walls and skies. They are much larger than the objects in front, and either flat or around them."""
     sizes, found = objects.sizes, np.zeros(len(objects.boxes), bool)
     for k in np.argsort(-sizes, kind="stable"):
         smaller = objects.where(sizes < sizes[k] / 2)
@@ -127,7 +126,7 @@ def _encloses(box: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def _from_outside(shown: Objects, camera: Camera, cut: bool) -> Camera:
-    """In front of it, with all of it in the image; `cut` clips what is nearer, a sky around it."""
+    """The camera in front of all that is shown. With `cut` it clips what is nearer: a sky around it."""
     low, high = shown.bounds
     target, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
     axes = _axes(OUTSIDE)
@@ -152,7 +151,7 @@ def _corners(boxes: np.ndarray) -> np.ndarray:
 
 
 def _is_room(shown: Objects, outside: np.ndarray, corners: np.ndarray, owners: np.ndarray) -> bool:
-    """Whether it is walled in all over, and whoever looks from outside does not see most of what is there."""
+    """Whether walls stand all around, and hide most objects from outside."""
     low, high = shown.bounds
     places = [(low + high) / 2 + (x * (high - low)[0], y * (high - low)[1], 0) for x, y in _PLACES]
     directions = np.stack([_turned(turn, height) for height in (-0.6, -0.2, 0.2, 0.6) for turn in range(0, 16, 2)])
@@ -165,7 +164,7 @@ def _is_room(shown: Objects, outside: np.ndarray, corners: np.ndarray, owners: n
 
 
 def _from_inside(shown: Objects, camera: Camera, corners: np.ndarray) -> Camera:
-    """As far back in the room as can be, looking at its middle by a wider lens."""
+    """The camera as far back in the room as possible, looking at its middle through a wider lens."""
     low, high = shown.bounds
     middle = (low + high) / 2
     heights = [middle + np.array((0, 0, share * (high[2] - low[2]))) for share in (0.0, 0.15, 0.3)]
@@ -180,7 +179,7 @@ def _from_inside(shown: Objects, camera: Camera, corners: np.ndarray) -> Camera:
 
 
 def _turned(turn: int, height: float) -> np.ndarray:
-    """A unit vector that many sixteenths of a turn from `OUTSIDE`, counterclockwise, of this z."""
+    """The unit vector `turn` sixteenths of a turn from `OUTSIDE`, counterclockwise, with z = `height`."""
     angle = np.arctan2(OUTSIDE[1], OUTSIDE[0]) + turn * np.pi / 8
     return np.array([*np.sqrt(1 - height**2) * np.array([np.cos(angle), np.sin(angle)]), height])
 
@@ -195,7 +194,7 @@ def _occluders(scene: SceneData, shown: Objects) -> tuple[np.ndarray, np.ndarray
 
 
 def _sight(origin: np.ndarray, directions: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """(m,): how far one sees from a point in each direction, (m, 3), in units of its length; inf where nothing is in the way."""
+    """(m,): distance from a point to the first triangle in each direction, (m, 3), in units of its length; inf if there is none."""
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     ao, found = origin - a, np.full(len(directions), np.inf)
     q = np.cross(ao, ab)

@@ -14,7 +14,7 @@ MAX_INPUTS = 5
 MAX_OPTIONS = 4
 
 Light = IntEnum("Light", "IS_CAMERA_RAY IS_SHADOW_RAY IS_DIFFUSE_RAY IS_GLOSSY_RAY IS_TRANSMISSION_RAY RAY_LENGTH RAY_DEPTH", start=0)
-# The first twenty of both are the same operations, and vectors do them by components.
+# The first twenty of Math and VectorMath are the same operations; for vectors they are by components.
 Math = IntEnum(
     "Math",
     "ADD SUBTRACT MULTIPLY DIVIDE MULTIPLY_ADD MINIMUM MAXIMUM ABSOLUTE SIGN ROUND FLOOR CEIL FRACT SNAP WRAP MODULO POWER SINE COSINE "
@@ -54,7 +54,7 @@ Alpha = IntEnum("Alpha", "PREMULTIPLIED STRAIGHT PACKED MULTIPLIED", start=0)
 
 
 class Op(NamedTuple):
-    """What an instruction must look like. Inputs named `normal` come last and may be left out: then they are the shading normal."""
+    """The shape of an instruction. An input named `normal` comes last and may be left out: it is then the shading normal."""
 
     inputs: tuple[str, ...] = ()
     modes: type[IntEnum] | None = None  # names of the modes; None where there is but one, the empty string
@@ -78,15 +78,16 @@ OPS: dict[str, Op] = {
     "light_path": _op(modes=Light, pure=False),
     "attribute": _op(options="attribute", pure=False),
     "object_attribute": _op(options="object_attribute", pure=False),
-    # From a direction in the space of the object, with the axes of the inverse transpose: into the world; and perpendicular to the normal.
+    # A direction from the object's space to the world, by the axes of the inverse transpose; `tangent` is perpendicular to the normal, too.
     "transform": _op("vector", options="x_axis y_axis z_axis", pure=False),
     "tangent": _op(options="attribute x_axis y_axis z_axis", pure=False),
     # --- textures; uv has its origin at the bottom left
     "image": _op("vector", options="texture extension interpolation alpha"),
     "image_alpha": _op("vector", options="texture extension interpolation"),
     "environment": _op("direction", options="texture projection interpolation"),
-    # A sky with the disc of a sun above +y, of an elevation and a size across, both in radians: intensity times the table's colour, from
-    # the disc's lowest elevation to its highest, darker at its edge. The disc is added to the sky, or hides it where it shines.
+    # A sky with the disc of a sun above +y; elevation and size, its diameter, are in radians. The disc's colour is intensity times the
+    # table, which runs from its lowest elevation to its highest; it is darker at its edge. The disc is added to the sky; with `hides` it
+    # takes the sky's place where it shines.
     "sun_disc": _op("direction sky elevation size intensity", options="table hides"),
     "ramp": _op("factor", options="table interpolate"),
     "ramp_alpha": _op("factor", options="table interpolate"),
@@ -114,9 +115,9 @@ OPS: dict[str, Op] = {
     "fresnel": _op("ior normal", pure=False),
     "layer_weight": _op("blend normal", Weight, pure=False),
     # --- normals
-    # From a normal map's vector to a direction in the space of the object, where the attributes are; zero where it does not have them.
+    # From a normal map's vector to a direction in the object's space, that of the attributes; zero if the object lacks these.
     "tangent_space": _op("vector strength", options="tangent sign normal", pure=False),
-    "bend": _op("direction strength", pure=False),  # the shading normal, drawn towards a direction that is for the surface's front
+    "bend": _op("direction strength", pure=False),  # the shading normal, bent towards a direction, which is given for the surface's front
     "bump": _op("height strength distance normal", options="invert", pure=False),
     # --- procedural textures
     "checker": _op("vector color1 color2", Result),
@@ -127,7 +128,7 @@ OPS: dict[str, Op] = {
 
 
 def fault(op: str, mode: str, inputs: int, options: int) -> str:
-    """What is wrong with an instruction of this shape, in a few words; empty if nothing is."""
+    """The fault of an instruction of this shape, in a few words; empty if it has none."""
     if op not in OPS:
         return "there is no such op"
     names, modes, wanted, _ = OPS[op]

@@ -1,4 +1,4 @@
-"""What of a .blend is looked at, where that is not what the file was saved with: frame, camera, scene and size. Standard library only."""
+"""What to render of a .blend, if not what it was saved with: frame, camera, scene and size. Standard library only."""
 
 import argparse
 import json
@@ -18,7 +18,7 @@ SHARE = 1, 32_767  # percent, likewise
 
 
 def frame_number(text: str) -> int:
-    """A frame from the command line: as in Blender any, also beyond the scene's own range."""
+    """A frame number from the command line; as in Blender it may lie outside the scene's range."""
     return _within(text, "frame", -LAST_FRAME, LAST_FRAME)
 
 
@@ -66,7 +66,7 @@ def _choice(parse: Callable[[str], Any], metavar: str, doc: str) -> Any:
 
 @dataclass(frozen=True)
 class View:
-    """What of a .blend to take (.blend files only)."""
+    """What to render of a .blend (.blend files only)."""
 
     frame: int | None = _choice(frame_number, "N", "frame (default: the one that the file was saved at)")
     camera: str | None = _choice(_name, "NAME", f"camera object, or {AUTO}, which frames all that renders (default: the scene's)")
@@ -91,7 +91,7 @@ class View:
 
 
 def add_view(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
-    """A flag for each field, in a group; their values have names of their own, for `scene` is the file's."""
+    """Add a flag for each field, in a group. Their values are called `view.NAME`, because `scene` alone is the file."""
     group = parser.add_argument_group((View.__doc__ or "").rstrip("."))
     for choice in fields(View):
         group.add_argument(f"--{choice.name}", dest=f"view.{choice.name}", **choice.metadata)
@@ -99,5 +99,5 @@ def add_view(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
 
 
 def chosen_view(options: argparse.Namespace) -> View:
-    """What the command line says; nothing where the command has no such flags."""
+    """The View that the command line asks for; an empty one if the command has no such flags."""
     return View(**{choice.name: getattr(options, f"view.{choice.name}", None) for choice in fields(View)})

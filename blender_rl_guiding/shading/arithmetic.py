@@ -1,6 +1,6 @@
 """Numbers: the Math, Clamp and Map Range nodes.
 
-What has no value in the reals (a quotient by zero, a root of a negative number) is 0, as in Cycles.
+A result that is not real (a / 0, the root of a negative number) is 0, as in Cycles.
 """
 
 import math
@@ -20,19 +20,19 @@ EPSILON = F(2**-23)
 
 @part
 def divide(a, b):
-    """a / b."""
+    """a / b; 0 if b is 0."""
     return a / b if b != F(0) else F(0)
 
 
 @part
 def saturate(a):
-    """The nearest number in 0..1."""
+    """a clamped to 0..1."""
     return min(max(a, F(0)), F(1))
 
 
 @part
 def lerp(a, b, t):
-    """a where t is 0, b where it is 1."""
+    """a + t (b - a)."""
     return a + t * (b - a)
 
 
@@ -44,7 +44,7 @@ def sign(a):
 
 @part
 def power(a, b):
-    """a ^ b."""
+    """a^b; 0 if a is negative and b is not whole."""
     if a < F(0) and b != np.floor(b):
         return F(0)
     return a**b
@@ -52,7 +52,7 @@ def power(a, b):
 
 @part
 def wrap(a, high, low):
-    """The number in low..high that differs from a by a multiple of their distance."""
+    """a + k (high - low) in low..high, for a whole number k; low if the range has no width."""
     width = high - low
     return a - width * np.floor((a - low) / width) if width != F(0) else low
 
@@ -68,7 +68,7 @@ def ping_pong(a, b):
 
 @part
 def smooth_minimum(a, b, width):
-    """The lesser of both, with the corner where they meet rounded off over a distance."""
+    """min(a, b) with its corner rounded off over `width`."""
     if width == F(0):
         return min(a, b)
     h = max(width - abs(a - b), F(0)) / width
@@ -77,7 +77,7 @@ def smooth_minimum(a, b, width):
 
 @part
 def logarithm(a, base):
-    """The logarithm of a."""
+    """log(a) / log(base); 0 if either has no logarithm."""
     if a <= F(0) or base <= F(0):
         return F(0)
     return divide(math.log(a), math.log(base))
@@ -207,7 +207,7 @@ def clamp(mode, a, low, high):
 
 @part
 def ease(mode, t):
-    """A way from 0 to 1."""
+    """An easing curve from 0 to 1."""
     if mode == Ease.LINEAR:
         return t
     t = saturate(t)
@@ -235,11 +235,11 @@ def map_ranges(mode, clamped, a, from_low, from_high, to_low, to_high):
 
 @part
 def stair(a, count):
-    """The step of a number of steps from 0 to 1."""
+    """floor(a (count + 1)) / count: stairs from 0 to 1."""
     return np.floor(a * (count + F(1))) / count if count > F(0) else F(0)
 
 
 @part
 def steps(a, count):
-    """Stairs from 0 to 1, as Map Range's Stepped has them, by components."""
+    """`stair` by components, for the type Stepped of Map Range."""
     return stair(a[0], count[0]), stair(a[1], count[1]), stair(a[2], count[2])

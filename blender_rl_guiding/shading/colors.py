@@ -7,14 +7,14 @@ from ..kernels.sampling import F
 from ..scene.ops import Blend, Space
 from .arithmetic import divide, lerp, saturate
 
-SOFT, HUES = Blend.SOFT_LIGHT.value, Blend.HUE.value  # where groups of blend types begin
+HUES = Blend.HUE.value  # the first of the blend types of `blend_hues`
 
 # --- colour models ---------------------------------------------------------------------------------------------------
 
 
 @part
 def hue(c, high, delta):
-    """The hue of a colour in 0..1 from its highest component and the distance to the lowest."""
+    """The hue of colour c, in 0..1; `high` is its largest component, `delta` the largest minus the smallest."""
     if delta == F(0):
         return F(0)
     if c[0] == high:
@@ -68,7 +68,7 @@ def hsl_to_rgb(c):
 
 @part
 def separate(space, c):
-    """From RGB."""
+    """RGB c in the colour model `space`."""
     if space == Space.HSV:
         return rgb_to_hsv(c)
     return rgb_to_hsl(c) if space == Space.HSL else c
@@ -76,7 +76,7 @@ def separate(space, c):
 
 @part
 def combine(space, c):
-    """To RGB."""
+    """The RGB of c, which is in the colour model `space`."""
     if space == Space.HSV:
         return hsv_to_rgb(c)
     return hsl_to_rgb(c) if space == Space.HSL else c
@@ -87,7 +87,7 @@ def combine(space, c):
 
 @part
 def full(mode, a, b):
-    """The blend types that go straight from a to what they are at factor 1."""
+    """The result at factor 1, for blend types that are linear in the factor."""
     if mode == Blend.MIX:
         return b
     if mode == Blend.DARKEN:
@@ -115,7 +115,7 @@ def full(mode, a, b):
 
 @part
 def blend(mode, t, a, b):
-    """One component of the Mix node, for all but the blend types that know hues."""
+    """One component of the Mix node at factor t, for all blend types but those of `blend_hues`."""
     if mode == Blend.EXCLUSION:
         return max(lerp(a, a + b - F(2) * a * b, t), F(0))
     if mode == Blend.DODGE:
@@ -131,7 +131,7 @@ def blend(mode, t, a, b):
 
 @part
 def blend_hues(mode, t, a, b):
-    """The blend types that take some of hue, saturation and value from b."""
+    """The blend types that take hue, saturation or value from b."""
     x, y = rgb_to_hsv(a), rgb_to_hsv(b)
     if mode == Blend.VALUE:
         return hsv_to_rgb((x[0], x[1], lerp(x[2], y[2], t)))
@@ -145,7 +145,7 @@ def blend_hues(mode, t, a, b):
 
 @part
 def mix(mode, clamp_factor, clamp_result, t, a, b):
-    """The Mix node; the factor may differ from one component to the next, but where hues are mixed its first one counts."""
+    """The Mix node. The factor t has a value for each component; `blend_hues` reads the first."""
     if clamp_factor:
         t = saturate(t[0]), saturate(t[1]), saturate(t[2])
     if mode >= HUES:
@@ -166,7 +166,7 @@ def invert(t, c):
 
 @part
 def gamma(c, exponent):
-    """The Gamma node: what is not positive stays as it is."""
+    """The Gamma node. Components that are not positive stay as they are."""
     if exponent == F(0):
         return F(1), F(1), F(1)
     return (
@@ -194,6 +194,6 @@ def hue_saturation_value(turn, saturation, value, t, c):
 
 @part
 def grey(c):
-    """Luminance as a colour, with all the digits of Rec. 709 that Cycles has."""
+    """Luminance, three times, with Cycles' digits of Rec. 709."""
     x = F(0.212639) * c[0] + F(0.715169) * c[1] + F(0.072192) * c[2]
     return x, x, x

@@ -1,4 +1,4 @@
-"""Running a shader's code: every instruction reads operands and writes one register."""
+"""Runs a shader's code: each instruction reads operands and writes one register."""
 
 from enum import IntEnum
 
@@ -8,7 +8,7 @@ from ..kernels.sampling import F, store
 from . import arithmetic, colors, geometry, procedural, sky, textures, vectors
 from .operands import value
 
-# The ops of scene.ops in upper case, by families, and the compiler's own SHIFT: what follows is evaluated beside the point.
+# The ops of scene.ops in upper case, by family. SHIFT is the compiler's own: the steps after it are evaluated beside the point.
 Code = IntEnum(
     "Code",
     "SHIFT POSITION NORMAL TRUE_NORMAL INCOMING BACKFACING LIGHT_PATH ATTRIBUTE OBJECT_ATTRIBUTE TANGENT TRANSFORM "
@@ -19,14 +19,14 @@ Code = IntEnum(
     "CHECKER GRADIENT WHITE_NOISE NOISE",
     start=0,
 )
-# The first op of each family but that of the point.
+# The first op of each family; the family of the point comes before them all.
 TEXTURES, NUMBERS, COLORS, ANGLES, PROCEDURAL = (code.value for code in (Code.IMAGE, Code.MATH, Code.LUMINANCE, Code.FRESNEL, Code.CHECKER))
 INPUTS, OPTIONS = 3, 8  # where an instruction's operands and options begin
 
 
 @part
 def thrice(x):
-    """A number as a value."""
+    """(x, x, x), a number as a value."""
     return x, x, x
 
 
@@ -158,7 +158,7 @@ def _compute(shading, point, registers, line):
 
 @part
 def run(shading, shader, point, registers):
-    """Execute a shader's code at a point, leaving in the registers what its closures read: (256, 3) float32, the thread's own."""
+    """Run a shader's code at a point. Its results stay in `registers`, (256, 3) float32, the thread's own, where closures read them."""
     here = ref(point)
     for i in range(shading.shaders[shader, 0], shading.shaders[shader, 1]):
         line = shading.code[i]

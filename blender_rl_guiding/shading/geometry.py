@@ -1,4 +1,4 @@
-"""What shaders ask about the point: attributes, the kind of ray, how surfaces reflect at this angle, and bent normals."""
+"""Values of shaders at the point: position, attributes, kind of ray, Fresnel terms, and bent normals."""
 
 import math
 
@@ -16,7 +16,7 @@ from .vectors import combine, cross, unit
 
 @part
 def position(shading, point):
-    """Where the point is in the world; for the world the direction of the ray."""
+    """The position of the point in the world; `point.x` itself where there is no object (lamps, the world)."""
     o = shading.origin
     return add(point.x, (o[0], o[1], o[2])) if point.object >= 0 else point.x
 
@@ -41,7 +41,7 @@ def attribute(shading, point, k):
 
 @part
 def object_attribute(shading, point, k):
-    """What object attribute k is for the point's object; 0 in the world."""
+    """Object attribute k of the point's object; 0 in the world."""
     if point.object < 0:
         return F(0), F(0), F(0)
     row = shading.object_attributes[k, point.object]
@@ -50,13 +50,13 @@ def object_attribute(shading, point, k):
 
 @part
 def axes(shading, point, x, y, z, v):
-    """v in the axes that three object attributes give."""
+    """v[0] X + v[1] Y + v[2] Z, where X, Y, Z are the object attributes x, y, z."""
     return combine(object_attribute(shading, point, x), object_attribute(shading, point, y), object_attribute(shading, point, z), v)
 
 
 @part
 def tangent(shading, point, k, x, y, z):
-    """The direction of attribute k in axes that three object attributes give, turned to be perpendicular to the shading normal."""
+    """The direction of attribute k in the `axes` x, y, z, turned perpendicular to the shading normal."""
     direction = axes(shading, point, x, y, z, attribute(shading, point, k))
     return cross(point.n, unit(cross(direction, point.n)))
 
@@ -84,7 +84,7 @@ def light_path(mode, point):
 
 @part
 def dielectric(cosine, eta):
-    """The share of unpolarised light that a surface between media of relative index eta reflects (Fresnel's equations)."""
+    """Reflectance of unpolarised light at an interface of relative index eta (Fresnel's equations)."""
     c = abs(cosine)
     g = eta * eta - F(1) + c * c
     if g <= F(0):
@@ -118,7 +118,7 @@ def layer_weight(mode, point, amount, n):
 
 @part
 def usable(n, point):
-    """n on the side that the surface is seen from; the shading normal where n is not a direction."""
+    """n as a unit vector, turned round if the surface is seen from behind; the shading normal if n is no direction."""
     n = unit(n)
     if not dot(n, n) > F(0.5):
         return point.n
@@ -127,9 +127,9 @@ def usable(n, point):
 
 @part
 def tangent_space(shading, point, v, strength, tangent_, sign, normal):
-    """v, its slopes times a strength, in the axes of three attributes: the tangent, the bitangent by its `sign`, and the normal.
+    """Normal map vector v in the object's space: s v.x T + s v.y B + z N, with strength s and z = lerp(1, v.z, saturate(s)).
 
-    As in Cycles these are in the space of the object, and the tangent is not made a unit vector again between the corners.
+    T and N are attributes, B = sign (N x T). As in Cycles, T is not normalized again after interpolation.
     """
     t, n = attribute(shading, point, tangent_), unit(attribute(shading, point, normal))
     bitangent = scale(cross(n, t), attribute(shading, point, sign)[0])
@@ -138,14 +138,14 @@ def tangent_space(shading, point, v, strength, tangent_, sign, normal):
 
 @part
 def bend(point, direction, strength):
-    """The shading normal, drawn towards a direction by a share that may exceed 1."""
+    """normalize(n + s (d - n)), the shading normal n bent towards direction d; the strength s may exceed 1."""
     n = usable(direction, point)
     return unit(add(point.n, scale(subtract(n, point.n), max(strength, F(0)))))
 
 
 @part
 def bump(point, heights, strength, distance, n):
-    """n tilted by the slope of the heights at the point and one step away from it, as `shifted` makes them."""
+    """n tilted by the slope of `heights`: at the point, and at the two points beside it (see `shifted`)."""
     t, b = tangents(point.ng)
     step = bump_step(point)
     slope_t, slope_b = (heights[1] - heights[0]) / step, (heights[2] - heights[0]) / step
@@ -163,10 +163,10 @@ def bump(point, heights, strength, distance, n):
 
 @part
 def bump_step(point):
-    """How far the points lie apart whose heights make a slope.
+    """The distance, in metres, between two points whose heights make a slope.
 
-    A quarter of the milliradian that a pixel of an ordinary picture is wide, but not so little that positions or texture
-    coordinates would lose the difference in rounding.
+    Seen along the ray it is a quarter of a milliradian; an ordinary pixel is a milliradian wide. It is never so small that rounding
+    of positions or texture coordinates would hide the difference.
     """
     far = max(abs(point.x[0]), abs(point.x[1]), abs(point.x[2]))
     return max(point.distance * F(2**-12), far * F(2**-16), F(1e-7))
@@ -174,7 +174,7 @@ def bump_step(point):
 
 @part
 def moved(shading, point, positions, d):
-    """The point moved by d along its triangle, beyond its edge if need be; `positions` is the attribute that holds the corners."""
+    """The point moved by d along its triangle's plane, also beyond its edges; `positions` is the attribute that holds the corners."""
     x = add(point.x, d)
     instance = point.object - (shading.attribute_rows.shape[1] - shading.to_world.shape[0])
     if unlikely(instance >= 0):

@@ -1,4 +1,4 @@
-"""Textures that are computed: Checker, Gradient, White Noise and Noise, value for value as Cycles has them.
+"""Procedural textures: Checker, Gradient, White Noise and Noise, with the same values as in Cycles.
 
 The hash is Bob Jenkins's lookup3 (public domain), the noise Ken Perlin's improved one (SIGGRAPH 2002).
 """
@@ -13,16 +13,16 @@ from ..scene.ops import Gradient, Result
 from .arithmetic import lerp, saturate
 
 U = np.uint32
-INCLUSIVE = F(1 / 0xFFFFFFFF)  # makes a hash a number in 0..1
+INCLUSIVE = F(1 / 0xFFFFFFFF)  # scales a hash to 0..1
 PERIOD = F(100_000)
-SPAN_1D, SPAN_2D, SPAN_3D = F(0.25), F(0.6616), F(0.982)  # make noise of all dimensions span -1..1
+SPAN_1D, SPAN_2D, SPAN_3D = F(0.25), F(0.6616), F(0.982)  # scale noise of each dimension to -1..1
 
 # --- regular ---------------------------------------------------------------------------------------------------------
 
 
 @part
 def parity(x):
-    """Whether x lies in an odd interval of whole numbers; a whole number belongs to the one above it in spite of rounding."""
+    """floor(x) mod 2, with x nudged: a whole number counts to the interval above it in spite of rounding."""
     return np.int64(np.floor((x + F(1e-6)) * F(0.999999))) & 1
 
 
@@ -103,13 +103,13 @@ def hash_four(x, y, z, w):
 
 @part
 def bits(x):
-    """The 32 bits that a number is stored in."""
+    """The 32 bits of x in memory."""
     return np.float32(x).view(np.uint32)
 
 
 @part
 def random(count, x, y, z):
-    """A number in 0..1 for 1 to 3 numbers, those beyond `count` being 0."""
+    """The hash of 1 to 3 numbers as a number in 0..1; those beyond `count` are 0."""
     return F(hash_words(count, bits(x), bits(y), bits(z))) * INCLUSIVE
 
 
@@ -126,7 +126,7 @@ def random_color(count, p, seed):
 @part
 def white_noise(mode, p, count):
     """The White Noise Texture node in `count` dimensions."""
-    # 0 and -0 are the same place but not the same bits, and so are not to Cycles.
+    # Bits are hashed: as in Cycles, 0 and -0 differ.
     y, z = p[1] if count > 1 else F(0), p[2] if count > 2 else F(0)
     first = random(count, p[0], y, z)
     if mode == Result.FACTOR:
@@ -139,13 +139,13 @@ def white_noise(mode, p, count):
 
 @part
 def fade(t):
-    """From 0 to 1 without a kink in the slope's slope."""
+    """6 t^5 - 15 t^4 + 10 t^3: from 0 to 1 with a continuous second derivative."""
     return t * t * t * (t * (t * F(6) - F(15)) + F(10))
 
 
 @part
 def slope_1d(i, x):
-    """The height of a random slope through lattice point i, at a distance x from it."""
+    """g x, with a random gradient g at lattice point i and the offset x from it."""
     h = hash_words(1, U(i), U(0), U(0))
     g = F(1) + F(h & U(7))
     return -g * x if h & U(8) else g * x
@@ -203,7 +203,7 @@ def perlin_3d(x, y, z):
 
 @part
 def noise_at(count, p, s):
-    """Noise in -1..1, 0 on the lattice, at s p; repeats after 100,000 units, where single precision would see no lattice."""
+    """Noise in -1..1 at s p, 0 on the lattice. It repeats after PERIOD units: further out single precision would see no lattice."""
     x, y, z = np.fmod(s * p[0], PERIOD), np.fmod(s * p[1], PERIOD), np.fmod(s * p[2], PERIOD)
     if count == 1:
         return SPAN_1D * perlin_1d(x)
@@ -212,7 +212,10 @@ def noise_at(count, p, s):
 
 @part
 def fractal(count, p, detail, roughness, lacunarity, normalized):
-    """Fractal Brownian motion: octaves of noise, of which a fraction of the last counts by its fraction."""
+    """Fractal Brownian motion: octave k of noise has scale lacunarity^k and weight roughness^k, k = 0..detail.
+
+    A fractional `detail` blends the last octave in by its fraction.
+    """
     whole = np.int64(detail)
     total, weight, amplitude, s = F(0), F(0), F(1), F(1)
     for octave in range(whole + 2):
@@ -229,7 +232,7 @@ def fractal(count, p, detail, roughness, lacunarity, normalized):
 
 @part
 def elsewhere(count, p, first):
-    """p, moved by a distance that differs for each first seed, so that the noise there is another one; 1D has one seed, else `count`."""
+    """p moved to where the noise is independent. The offset of component i is a hash of (first, i); in 1D of `first` alone."""
     if count == 1:
         return p[0] + F(100) + F(100) * random(1, first, F(0), F(0)), p[1], p[2]
     return (
@@ -241,7 +244,7 @@ def elsewhere(count, p, first):
 
 @part
 def distorted(count, p, strength):
-    """p, moved by noise."""
+    """p moved by `strength` times noise."""
     x = p[0] + strength * noise_at(count, elsewhere(count, p, F(0)), F(1))
     y = p[1] + strength * noise_at(count, elsewhere(count, p, F(1)), F(1)) if count > 1 else F(0)
     z = p[2] + strength * noise_at(count, elsewhere(count, p, F(2)), F(1)) if count > 2 else F(0)

@@ -1,6 +1,6 @@
-"""From the shaders of a scene to the arrays that the kernels run.
+"""Compiles the shaders of a scene to arrays for the kernels.
 
-What does not depend on the point is computed here, once, by the very kernels that would compute it at every point.
+Steps that do not depend on the point are computed here, once, by the same kernels that compute the others at every point.
 """
 
 import numpy as np
@@ -9,9 +9,8 @@ from ..errors import InputError
 from ..kernels import kernel
 from ..kernels.pointers import ref
 from ..kernels.sampling import F
-from ..scene.data import SceneData, Texture
+from ..scene.data import SceneData, Texture, first_triangles
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
-from ..scene.instances import first_triangles
 from ..scene.ops import MAX_INPUTS, MAX_OPTIONS, OPS, Alpha, Extension, Interpolation, Projection, fault
 from .evaluate import Code, run
 from .operands import CODE_REGISTERS, KINDS, NONE, Point, Shading
@@ -42,7 +41,7 @@ def compile_shaders(scene: SceneData) -> Shading:
 
 
 def compile_alone(shader: Shader, shading: Shading) -> Shading:
-    """A shader that refers to what those of `shading` refer to, as the only one."""
+    """A shader alone, with the textures, tables and attributes of `shading`."""
     return _compiled((shader,), shading)
 
 
@@ -67,17 +66,22 @@ def check(shader: Shader, scene: SceneData) -> None:
     """InputError if a step of the shader's code is not one of `scene.ops`, or refers to something that the scene does not have."""
     limits = _limits(scene)
     for k, step in enumerate(shader.code):
-        problem = fault(step.op, step.mode, len(step.inputs), len(step.options))
-        for name, option in zip(OPS[step.op].options if not problem else (), step.options, strict=False):
-            limit = limits.get(name, 2)  # what has no limit of its own is a flag
-            if not 0 <= option < limit:
-                problem = f"{name} is {option}, but there are {limit}"
+        problem = fault(step.op, step.mode, len(step.inputs), len(step.options)) or _bad_option(step, limits)
         if problem:
             raise InputError(f"shader {shader.name!r}, step {k}, {step.op}: {problem}")
 
 
+def _bad_option(step: Instruction, limits: dict[str, int]) -> str:
+    """The first option of a step that is not below its limit, in a few words; empty if there is none."""
+    for name, option in zip(OPS[step.op].options, step.options, strict=True):
+        limit = limits.get(name, 2)  # an option without a limit is a flag
+        if not 0 <= option < limit:
+            return f"{name} is {option}, but there are {limit}"
+    return ""
+
+
 def _limits(scene: SceneData) -> dict[str, int]:
-    """How many values each option has, counted from 0."""
+    """The number of values of each option: 0 <= option < limit."""
     attributes, object_attributes = len(scene.attribute_rows), len(scene.object_attributes)
     return {
         **dict.fromkeys(("attribute", "tangent", "sign", "normal"), attributes),
@@ -94,7 +98,7 @@ def _limits(scene: SceneData) -> dict[str, int]:
 
 
 def _constants(shader: Shader, assets: Shading) -> dict[int, Value]:
-    """The values of the steps that have the same everywhere."""
+    """The values of the steps that are the same at every point, by step."""
     steps = constant_steps(shader)
     places = {k: Node(place) for place, k in enumerate(steps)}
     part = changed(Shader(shader.name, tuple(shader.code[k] for k in steps)), places.__getitem__)
@@ -106,7 +110,7 @@ def _constants(shader: Shader, assets: Shading) -> dict[int, Value]:
 
 @kernel
 def _run_first(shading, point, registers):
-    """Run the first shader; by reference, as the tracer does, so that nothing is compiled twice."""
+    """Run the first shader. Arguments go by reference, as in the tracer, so that `run` is compiled once."""
     run(ref(shading), np.int64(0), ref(point), registers)
 
 
@@ -114,7 +118,7 @@ class Program:
     """Collects shaders as rows of numbers."""
 
     def __init__(self) -> None:
-        self._constants: dict[tuple[float, ...], int] = {(0.0, 0.0, 0.0): 0}  # row 0 is what inputs read that an op does not have
+        self._constants: dict[tuple[float, ...], int] = {(0.0, 0.0, 0.0): 0}  # row 0: read for inputs that an op lacks
         self._code: list[list[int]] = []
         self._closures: list[list[int]] = []
         self._shaders: list[tuple[int, int, int, int]] = []
@@ -137,8 +141,8 @@ class Program:
             constants=constants,
             **closure_inputs(closures, constants),
         )
-        for array in program:  # always the same, because kernels are compiled anew for arrays that can be written to
-            array.setflags(write=array is program.inputs)  # which may be the thread's own registers instead
+        for array in program:  # Numba compiles anew if one of them changes between writeable and not
+            array.setflags(write=array is program.inputs)  # `gather` returns these or the registers, which are written to
         return program
 
     def _step(self, step: Instruction, register: int, registers: list[int]) -> list[int]:
@@ -160,7 +164,7 @@ class Program:
 
 
 def closure_inputs(closures: np.ndarray, constants: np.ndarray) -> dict[str, np.ndarray]:
-    """What `bsdf.inputs.gather` reads: the fields inputs, varying and first_varying of Shading."""
+    """The fields inputs, varying and first_varying of Shading, which `bsdf.inputs.gather` reads."""
     operands = closures[:, 1:]
     row, column = np.nonzero((operands < 0) & (operands != NONE))
     return {
@@ -174,11 +178,11 @@ def _padded(numbers: list[int], length: int) -> list[int]:
     return numbers + [0] * (length - len(numbers))
 
 
-# --- what shaders refer to -------------------------------------------------------------------------------------------
+# --- assets ----------------------------------------------------------------------------------------------------------
 
 
 def _assets(scene: SceneData, bumps: bool) -> Shading:
-    """All that the code of the scene's shaders refers to, without the code. For bumps, the last attribute is the position."""
+    """A Shading without code: the textures, tables and attributes of the scene. With `bumps` the last attribute is the position."""
     objects = len(scene.visibility)
     table = scene.attribute_rows.reshape(len(scene.attribute_rows), objects)
     rows = np.where(table < 0, NONE, table - first_triangles(scene))
@@ -206,7 +210,7 @@ def _assets(scene: SceneData, bumps: bool) -> Shading:
 
 
 def _texels(textures: tuple[Texture, ...]) -> dict[str, np.ndarray]:
-    """The textures, one after another."""
+    """The fields textures, bytes and floats of Shading: all textures, one after another."""
     table, ends = np.zeros((len(textures), 6), np.int64), {np.dtype(np.uint8): 0, np.dtype(np.float32): 0}
     for row, texture in zip(table, textures, strict=True):
         height, width, _ = texture.texels.shape

@@ -1,4 +1,4 @@
-"""What happens to shader code before it becomes arrays: passes, each from shader to shader."""
+"""Passes over shader code before it becomes arrays: each takes a shader and returns a shader."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -8,11 +8,11 @@ from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Va
 from ..scene.ops import OPS
 
 NORMAL = Node(0)  # every shader's first step, once it has been through `with_normal`
-# Of a shader with its bumps, of which each has all that is below it computed twice more; and of all shaders, which takes some 10 s.
+# Most steps of one shader and of all shaders (some 10 s), bumps included. A bump computes the steps of its height twice more.
 MOST_STEPS, MOST_STEPS_OF_ALL = 1 << 16, 1 << 19
 Change = Callable[[int], Value]
-# Inputs of a Principled BSDF: those that put something on its diffuse base, and those of the base and of the light that it emits by
-# their names in closures of their own.
+# Inputs of a Principled BSDF: those that put layers on its diffuse base; then those of the base and of its emission, by their names in
+# the closures "diffuse" and "emission".
 _ABOVE_THE_BASE = "metallic", "transmission", "specular_ior_level", "coat_weight", "sheen_weight"
 _BASE = {"color": "base_color", "roughness": "diffuse_roughness", "normal": "normal"}
 _LIGHT = {"color": "emission_color", "strength": "emission_strength"}
@@ -26,7 +26,7 @@ def with_normal(shader: Shader) -> Shader:
 
 
 def constant_steps(shader: Shader) -> list[int]:
-    """The steps whose values are the same everywhere."""
+    """The steps whose values are the same at every point."""
     found: set[int] = set()
     for k, step in enumerate(shader.code):
         if OPS[step.op].pure and found.issuperset(_steps(step.inputs)):
@@ -35,7 +35,7 @@ def constant_steps(shader: Shader) -> list[int]:
 
 
 def with_constants(shader: Shader, values: dict[int, Value]) -> Shader:
-    """The shader with known values in place of the steps that they belong to; those steps stay, idle."""
+    """The shader with known values in place of references to their steps. The steps stay, but nothing reads them."""
     return changed(shader, lambda index: values.get(index, Node(index)))
 
 
@@ -66,15 +66,15 @@ def _renamed(kind: str, closure: Closure, inputs: dict[str, Value | None], names
 
 
 def _number(value: Value | None, otherwise: float) -> float:
-    """The number that an input is everywhere, if it is."""
+    """The number of an input that is constant; `otherwise` if it varies."""
     return value[0] if isinstance(value, tuple) else value if isinstance(value, float) else otherwise
 
 
 def with_bumps(shader: Shader, positions: int) -> Shader:
-    """The shader with the heights of each bump computed at three points: where it is, and beside it as `geometry.shifted` has it.
+    """The shader with the height of each bump computed at three points: at the point, and at the two of `geometry.shifted`.
 
-    `positions` is the attribute that holds the corners of triangles. A bump within the height of another is not moved.
-    InputError if there are too many.
+    `positions` is the attribute that holds the corners of triangles. A bump within the height of another is not shifted.
+    InputError if there are too many steps.
     """
     code: list[Instruction] = []
     places: dict[int, Value] = {}
@@ -94,7 +94,7 @@ def with_bumps(shader: Shader, positions: int) -> Shader:
 
 
 def _beside(steps: list[tuple[int, Instruction]], places: dict[int, Value], shift: tuple[int, int], code: list[Instruction]) -> Value:
-    """Append the steps to the code once more, to be run beside the point; returns the value of the last."""
+    """Append `steps` to `code` once more, to be run at the shifted point; returns the value of the last."""
     code.append(Instruction("shift", options=shift))
     copies = dict(places)
     for k, step in steps:
@@ -105,7 +105,7 @@ def _beside(steps: list[tuple[int, Instruction]], places: dict[int, Value], shif
 
 
 def allocate(shader: Shader) -> tuple[list[int], int]:
-    """The register of each step, where a register is free again after its value has been read last; and how many there are."""
+    """The register of each step, and the number of registers. A register is free again after the last read of its value."""
     last = {k: len(shader.code) for k in _read_by_closures(shader)}
     for k, step in reversed(list(enumerate(shader.code))):
         for index in _steps(step.inputs):
@@ -128,7 +128,7 @@ def allocate(shader: Shader) -> tuple[list[int], int]:
 
 
 def changed(shader: Shader, change: Change) -> Shader:
-    """The shader with another value for each step that something reads."""
+    """The shader with change(k) in place of each reference to step k."""
     code = tuple(_changed_step(step, change) for step in shader.code)
     return replace(shader, code=code, closures=_changed_closures(shader, change))
 
@@ -157,7 +157,7 @@ def _read_by_closures(shader: Shader) -> list[int]:
 
 
 def _ancestors(code: tuple[Instruction, ...], starts: Iterable[int], through_bumps: bool) -> set[int]:
-    """The steps that others depend on, themselves included."""
+    """The steps that `starts` depend on, `starts` included."""
     found: set[int] = set()
     todo = list(starts)
     while todo:

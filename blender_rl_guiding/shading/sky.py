@@ -6,15 +6,15 @@ from ..kernels import part
 from ..kernels.sampling import F, add, dot, scale, subtract
 from .textures import INTERPOLATE, ramp
 
-LIMB = F(0.6)  # how much darker the disc is at its edge
+LIMB = F(0.6)  # share of light that the disc's edge lacks, compared with its middle
 
 
 @part
 def sun_disc(tables, d, sky, elevation, size, intensity, table, hides):
-    """The colour of a sky in the direction d, with the disc of a sun above +y."""
+    """The colour of `sky` in direction d with the disc of a sun above +y; the other arguments as in `scene.ops`."""
     sun = (F(0), math.cos(elevation), math.sin(elevation))
     aside, along = subtract(d, sun), add(d, sun)
-    # The angle to the sun is 2 arctan(|d - sun| / |d + sun|), which is well rounded for the smallest.
+    # The angle to the sun is 2 arctan(|d - sun| / |d + sun|): accurate for the smallest angles.
     reach = math.tan(F(0.25) * size)
     if dot(aside, aside) >= reach * reach * dot(along, along):
         return sky

@@ -1,4 +1,4 @@
-"""Reading images, colour ramps and curves."""
+"""Reads images, colour ramps and curves."""
 
 import math
 
@@ -10,11 +10,11 @@ from ..scene.ops import Alpha, Extension, Interpolation, Projection
 from .arithmetic import lerp, saturate
 from .vectors import unit
 
-CODES, SRGB_CODES, FLOATS = range(3)  # kinds of texels: what 8 bits mean, or single precision
+CODES, SRGB_CODES, FLOATS = range(3)  # kinds of texels: 8 bits, 8 bits in sRGB, single precision
 OUTSIDE = -1
 TILE, REST = 4, 5  # columns of the table of textures
 U = np.uint32
-# Arguments of the same type as what comes from code, so that a kernel is not compiled once for each of them.
+# Typed like options from code: Numba would compile the functions that take them anew for each literal.
 REPEAT, PACKED, PREMULTIPLIED = np.int32(Extension.REPEAT), np.int32(Alpha.PACKED), np.int32(Alpha.PREMULTIPLIED)
 HOLD, INTERPOLATE = np.int32(0), np.int32(1)
 
@@ -31,7 +31,7 @@ def decode(c):
 
 @part
 def place(i, size, extension):
-    """The texel of 0..size-1 that stands at i, or OUTSIDE."""
+    """The texel, 0..size-1, that `extension` puts at i, or OUTSIDE."""
     if 0 <= i < size:
         return i
     if extension == Extension.REPEAT:
@@ -46,7 +46,7 @@ def place(i, size, extension):
 
 @part
 def multiplies(alpha):
-    """Whether colours are to be multiplied by alpha before anything is done with them."""
+    """Whether texels are multiplied by their alpha before interpolation."""
     return alpha == Alpha.PREMULTIPLIED or alpha == Alpha.STRAIGHT
 
 
@@ -82,13 +82,13 @@ def texel(shading, texture, x, y, alpha):
 
 @part
 def between(p, q, t):
-    """RGBA between p and q."""
+    """p + t (q - p), RGBA."""
     return lerp(p[0], q[0], t), lerp(p[1], q[1], t), lerp(p[2], q[2], t), lerp(p[3], q[3], t)
 
 
 @part
 def bilinear(shading, texture, x, y, extension, alpha):
-    """The stored texels around (x, y), in texels from the bottom left."""
+    """RGBA at (x, y), in texels from the bottom left: stored texels, interpolated bilinearly, not decoded."""
     x0, y0 = np.floor(x - F(0.5)), np.floor(y - F(0.5))
     s, t = x - F(0.5) - x0, y - F(0.5) - y0
     width, height = shading.textures[texture, 1], shading.textures[texture, 2]
@@ -101,9 +101,9 @@ def bilinear(shading, texture, x, y, extension, alpha):
 
 @part
 def find_tile(shading, texture, u, v):
-    """The tile of an image, by its first, that is at (u, v), and where in the tile that is; OUTSIDE where there is none.
+    """The tile at (u, v) of the image whose first tile is `texture`, and (u, v) within it; OUTSIDE if there is none.
 
-    As in Cycles, the tiles at the left and lower edge reach one further, to where their coordinates are negative.
+    As in Cycles, tiles at the left and lower edge extend by one, to negative coordinates.
     """
     if not (F(-1) < u < F(10) and F(-1) < v < F(100)):
         return np.int64(OUTSIDE), u, v
@@ -116,7 +116,10 @@ def find_tile(shading, texture, u, v):
 
 @part
 def lookup(shading, texture, u, v, extension, interpolation, alpha):
-    """RGBA of an image in linear light, in Cycles' order: multiplied by alpha, interpolated, divided, and only then decoded."""
+    """RGBA of an image in linear light, in Cycles' order: multiply by alpha, interpolate, divide by alpha, decode.
+
+    Black and transparent if u or v is not finite; magenta if there is no tile.
+    """
     if not (math.isfinite(u) and math.isfinite(v)):
         return F(0), F(0), F(0), F(0)
     texture = np.int64(texture)
@@ -155,13 +158,13 @@ def image_alpha(shading, uv, texture, extension, interpolation):
 
 @part
 def equirectangular(d):
-    """Where a unit vector is on a map of longitude and latitude: -y is left and right of the middle, which is +x."""
+    """(u, v) of unit vector d on a map of longitude and latitude: +x in the middle, -y a quarter of the width to the right."""
     return F(0.5) - F(0.5) * INV_PI * math.atan2(d[1], d[0]), F(1) - INV_PI * math.acos(min(max(d[2], F(-1)), F(1)))
 
 
 @part
 def mirror_ball(d):
-    """Where a unit vector is in the photograph of a mirroring sphere that is looked at along +y."""
+    """(u, v) of unit vector d in the photograph of a mirror ball, taken along +y."""
     length = F(2) * math.sqrt(max(F(0.5) - F(0.5) * d[1], F(0)))
     if length == F(0):
         return F(0.5), F(0.5)
@@ -170,9 +173,9 @@ def mirror_ball(d):
 
 @part
 def horizon(d, rows):
-    """Where a vector is on a map whose rows gather at the horizon, no further up or down than the middle of its last row.
+    """(u, v) of vector d on a map whose rows gather at the horizon (`Projection.HORIZON`); v ends at the middle of the outermost rows.
 
-    As in Cycles its length counts: the elevation is the arcsine of z.
+    As in Cycles d is not normalized: the elevation is arcsin(z).
     """
     e = F(2) * INV_PI * math.asin(min(max(d[2], F(-1)), F(1)))
     half_row = F(0.5) / F(rows)
@@ -197,7 +200,7 @@ def environment(shading, direction, texture, projection, interpolation):
 
 @part
 def table_value(tables, table, column, x, interpolate, extrapolate):
-    """A table over 0..1 at x; beyond its ends it stays as it is there, or goes on as a straight line."""
+    """A table over 0..1 at x. Beyond its ends it is constant, or with `extrapolate` a straight line."""
     last = tables.shape[1] - 1
     s = (x if extrapolate else saturate(x)) * F(last)
     i = min(max(np.int64(s), 0), last - 1 if interpolate else last)

@@ -1,6 +1,6 @@
 """Vectors: the Vector Math and Mapping nodes.
 
-What has no value in the reals is 0, as in Cycles.
+A result that is not real is 0, as in Cycles.
 """
 
 import math
@@ -10,7 +10,7 @@ from ..kernels.sampling import F, add, dot, multiply, normalize, scale, subtract
 from ..scene.ops import Mapping, VectorMath
 from .arithmetic import divide, number_math
 
-BY_COMPONENTS = VectorMath.TANGENT.value  # the last of the operations that Math has too, at the same place
+BY_COMPONENTS = VectorMath.TANGENT.value  # the last operation that Math has, too, by the same number
 
 
 @part
@@ -27,7 +27,7 @@ def unit(a):
 
 @part
 def refract(a, n, eta):
-    """The direction a after a surface whose unit normal is n; zero where the reflection is total."""
+    """Direction a refracted at a surface of unit normal n, for eta = ior in front of it / ior behind it; zero for total reflection."""
     cosine = dot(n, a)
     k = F(1) - eta * eta * (F(1) - cosine * cosine)
     if k < F(0):
@@ -55,7 +55,7 @@ def _vector(mode, a, b, c, factor):
 
 @part
 def vector_math(mode, a, b, c, factor):
-    """The Vector Math node; what has a number as its result gives it three times."""
+    """The Vector Math node. A result that is one number is given three times."""
     if mode <= BY_COMPONENTS:
         return number_math(mode, a[0], b[0], c[0]), number_math(mode, a[1], b[1], c[1]), number_math(mode, a[2], b[2], c[2])
     if mode == VectorMath.DOT_PRODUCT:
@@ -75,7 +75,7 @@ def vector_math(mode, a, b, c, factor):
 
 @part
 def rotation(angles):
-    """The columns of the matrix that turns around x, then y, then z by these angles."""
+    """The columns of the matrix that rotates about x, then y, then z by `angles`, radians."""
     cx, cy, cz = math.cos(angles[0]), math.cos(angles[1]), math.cos(angles[2])
     sx, sy, sz = math.sin(angles[0]), math.sin(angles[1]), math.sin(angles[2])
     return (
@@ -87,7 +87,7 @@ def rotation(angles):
 
 @part
 def combine(x, y, z, v):
-    """v in the axes x, y, z."""
+    """v[0] x + v[1] y + v[2] z."""
     return add(add(scale(x, v[0]), scale(y, v[1])), scale(z, v[2]))
 
 

@@ -1,17 +1,18 @@
 """Camera rays: the lens, the film and its pixel filter."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
 from ..kernels import part
 from ..kernels.sampling import TWO_PI, F, add, circle, normalize, pick, scale, subtract
 from ..scene.data import SceneData
+from ..scene.description import CameraKind
 
-PERSPECTIVE, ORTHOGRAPHIC, PANORAMA, HEMISPHERE = range(4)
-_KINDS = ("perspective", "orthographic", "panorama", "hemisphere")
-_FILTERS = {"box": 1.0, "blackman_harris": 2.0, "gaussian": 3.0}  # widths that Cycles samples, in those that are set
+_KINDS = get_args(CameraKind)
+PERSPECTIVE, ORTHOGRAPHIC, PANORAMA, HEMISPHERE = range(len(_KINDS))
+_FILTERS = {"box": 1.0, "blackman_harris": 2.0, "gaussian": 3.0}  # factor from the width that is set to the one that Cycles samples
 _FILTER_CELLS = 1024
 
 
@@ -59,7 +60,7 @@ def lens(scene: SceneData) -> Lens:
 
 
 def filter_cdf(kind: str) -> np.ndarray:
-    """(1, n) float32, the distribution of sample offsets along one axis, over the whole width of the filter."""
+    """(1, n) float32, the cumulative distribution of sample offsets along one axis, over the whole width of the filter."""
     x = (np.arange(_FILTER_CELLS) + 0.5) / _FILTER_CELLS
     if kind == "gaussian":
         weight = np.exp(-2 * (6 * (x - 0.5)) ** 2)
@@ -73,7 +74,7 @@ def filter_cdf(kind: str) -> np.ndarray:
 
 @part
 def _filtered(lens, u):
-    """Offset from the pixel's centre, distributed as the filter, so that every sample counts the same."""
+    """Offset from the pixel's centre, in pixels. Its density is the filter, so all samples have the same weight."""
     cells = lens.filter.shape[1]
     cell = pick(lens.filter, 0, cells, u)
     below = lens.filter[0, cell - 1] if cell > 0 else F(0)
@@ -83,7 +84,7 @@ def _filtered(lens, u):
 
 @part
 def _aperture(lens, u, v):
-    """A point on the aperture of radius 1: a disc, or a regular polygon of as many corners as there are blades."""
+    """A uniform point on an aperture of radius 1: a disc, or a regular polygon with `blades` corners."""
     if lens.blades < 3:
         r, (x, y) = math.sqrt(u), circle(v)
         return r * x, r * y
@@ -110,7 +111,10 @@ def _to_world(lens, p):
 
 @part
 def camera_ray(lens, px, py, u, v, lens_u, lens_v):
-    """A ray through pixel (px, py): origin, unit direction, and its first and last distance."""
+    """A ray through pixel (px, py): origin, unit direction, nearest and farthest distance; positions from the scene's origin.
+
+    u, v choose a point in the pixel's filter, lens_u, lens_v one on the aperture; all are uniform in [0, 1).
+    """
     x = lens.corner[0] + (F(px) + F(0.5) + _filtered(lens, u)) * lens.pixel[0]
     y = lens.corner[1] + (F(py) + F(0.5) + _filtered(lens, v)) * lens.pixel[1]
     position = (lens.axes[3, 0], lens.axes[3, 1], lens.axes[3, 2])

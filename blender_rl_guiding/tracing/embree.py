@@ -1,6 +1,6 @@
-"""Embree 4, by its C interface: what holds the triangles, and the addresses by which kernels cast rays.
+"""Embree 4 by its C interface: scenes of triangles, and the functions by which kernels cast rays.
 
-embreex, which brings it, offers batches of rays only, no masks and no instances: see docs/decisions/0006 and 0015.
+The package embreex brings the library, but offers only batches of rays, without masks or instances: see docs/decisions/0006 and 0015.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ _BUILD_QUALITY_HIGH = 2
 _EVERY_RAY = 0xFFFFFFFF
 
 _pointer, _size = ctypes.c_void_p, ctypes.c_size_t
-_library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # finds the symbols of the Embree that it is linked to, too
+_library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # has the symbols of the Embree that it is linked to, too
 _SIGNATURES = {
     "rtcNewDevice": (_pointer, (ctypes.c_char_p,)),
     "rtcGetDeviceError": (ctypes.c_int, (_pointer,)),
@@ -43,7 +43,7 @@ occluded = types.ExternalFunction("rtcOccluded1", _query)
 
 
 def new_device_and_scene() -> tuple[int, int]:
-    """A device, and an empty RTCScene of it."""
+    """The addresses of a new RTCDevice and of an empty RTCScene."""
     device = _library.rtcNewDevice(None)
     return device, _library.rtcNewScene(device)
 
@@ -55,9 +55,10 @@ def release(scene: int, device: int) -> None:
 
 
 def triangles(device: int, corners: np.ndarray, numbers: np.ndarray) -> int:
-    """A geometry of triangles (T, 3), indices of the vertices whose `numbers` lie one after another, with one more after the last.
+    """An RTCGeometry of triangles. Embree does not copy the arrays, which must outlive it.
 
-    Embree reads both where they are, and 16 bytes of the last vertex, too.
+    corners: (T, 3) int32, indices of vertices; numbers: (3 V + 1,) float32, the vertices and one more number, because Embree reads 16
+    bytes of the last vertex, too.
     """
     geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
     _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners.ctypes.data, 0, 12, len(corners))
@@ -66,7 +67,7 @@ def triangles(device: int, corners: np.ndarray, numbers: np.ndarray) -> int:
 
 
 def instances(device: int, mesh: int, matrices: np.ndarray) -> int:
-    """A geometry that shows the RTCScene `mesh` once for each of the matrices (I, 3, 4) float32, which Embree reads where they are."""
+    """An RTCGeometry that shows the RTCScene `mesh` once per matrix, (I, 3, 4) float32. Embree does not copy these."""
     geometry = _library.rtcNewGeometry(device, _INSTANCE_ARRAY)
     _library.rtcSetGeometryInstancedScene(geometry, mesh)
     _library.rtcSetSharedGeometryBuffer(geometry, _TRANSFORM_BUFFER, 0, _FLOAT3X4_ROW_MAJOR, matrices.ctypes.data, 0, 48, len(matrices))
@@ -74,7 +75,7 @@ def instances(device: int, mesh: int, matrices: np.ndarray) -> int:
 
 
 def scene_of(device: int, geometry: int) -> int:
-    """An RTCScene of one geometry, ready; its instances say who sees it."""
+    """An RTCScene of one geometry, ready for rays. All rays see it: the masks are those of its instances."""
     scene = _library.rtcNewScene(device)
     attach(scene, geometry, _EVERY_RAY)
     commit(scene)
@@ -82,7 +83,7 @@ def scene_of(device: int, geometry: int) -> int:
 
 
 def attach(scene: int, geometry: int, seen: int) -> None:
-    """Give a geometry to a scene, for rays of these kinds."""
+    """Give a geometry to a scene, visible to the kinds of rays in the mask `seen`. The scene owns it from then on."""
     _library.rtcSetGeometryMask(geometry, seen)
     _library.rtcCommitGeometry(geometry)
     _library.rtcAttachGeometry(scene, geometry)
@@ -96,10 +97,10 @@ def commit(scene: int) -> None:
 
 
 def failure(device: int) -> int:
-    """The number of the first error since the last question, or 0."""
+    """The number of the first error since the last call, or 0."""
     return _library.rtcGetDeviceError(device)
 
 
 def let_go(scene: int) -> None:
-    """Leave a scene to the instances of it."""
+    """Give up a scene: its instances own it from now on."""
     _library.rtcReleaseScene(scene)

@@ -1,6 +1,6 @@
-"""Triangles: rays against them by Embree, called from inside the kernels, and the surface at a hit.
+"""Casts rays against triangles, by Embree from inside the kernels, and gives the surface at a hit.
 
-See `embree` for what is called, and docs/decisions/0006, 0012 and 0015 for why.
+`embree` declares the calls; docs/decisions/0006, 0012 and 0015 give the reasons.
 """
 
 import math
@@ -12,44 +12,46 @@ import numpy as np
 from ..errors import InputError
 from ..kernels import kernel, part, unlikely
 from ..kernels.sampling import F, add, cross, dot, normalize, scale, subtract, vector
-from ..scene.data import SceneData
-from ..scene.instances import placed, runs, sizes, world_vertices
+from ..scene.data import SceneData, placed, runs, sizes, world_vertices
 from ..scene.ray_kinds import MESHES, seen_by
 from . import embree
 from .placing import normal_to_world, placing_error, point_to_world
 
-RAY_WORDS = 24  # of 4 bytes, of an RTCRayHit with its padding
-# Where its members are: the ray's origin and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,
+RAY_WORDS = 24  # words of 4 bytes in an RTCRayHit, its padding included
+# The word of each member: the ray's origin (0) and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,
 # geometry, array of instances, place in it.
 NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCES, PLACE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19, 20
 
 
 class Rays(NamedTuple):
-    """What a thread needs to cast rays: one RTCRayHit, seen as numbers of either kind."""
+    """One thread's RTCRayHit, seen as float32 and as int32."""
 
     floats: np.ndarray  # (24,) float32, aligned to 16 bytes
     words: np.ndarray  # (24,) int32, the same memory
 
 
 class Surface(NamedTuple):
-    """What the kernels know of the triangles."""
+    """The triangles as kernels see them."""
 
     embree: int  # address of the RTCScene
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
-    first_object: np.ndarray  # (G,) int32, object of the first instance of each of them that is an array of instances
-    placed: int  # the objects from here on are instances
-    to_world: np.ndarray  # (I, 3, 4) float32, of these, from the space of the mesh to positions from the scene's origin
+    first_object: np.ndarray  # (G,) int32, object of the first instance of each geometry that is an array of instances, else 0
+    placed: int  # index of the first object that is an instance
+    to_world: np.ndarray  # (I, 3, 4) float32, of each instance, from its mesh's space to positions from the scene's origin
     vertices: np.ndarray  # (V, 3) float32, from the scene's origin; those of meshes in their own space
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
-    smooth: np.ndarray  # (T,) bool, whether any of these is not the triangle's own
+    smooth: np.ndarray  # (T,) bool, whether any corner's normal differs from the triangle's own
     error: np.ndarray  # (T,) float32, by how much rays start off the triangle: a bound on the rounding of its points
     material: np.ndarray  # (T,) int32
-    object: np.ndarray  # (W,) int32, of the triangles in world space
+    object: np.ndarray  # (W,) int32, object of each triangle in world space
 
 
 class Geometry:
-    """The scene's triangles in Embree; they live as long as this does. Any number of threads may cast rays at once."""
+    """The scene's triangles in Embree, for as long as this object lives. Any number of threads may cast rays at once.
+
+    InputError if Embree cannot hold them.
+    """
 
     def __init__(self, scene: SceneData) -> None:
         self._scene = scene  # Embree reads its triangles where they are
@@ -119,7 +121,7 @@ class Geometry:
 
 @kernel
 def measure(vertices, triangles, normals, smooth, error):
-    """Write which triangles have shading normals of their own, by more than rounding; and how far rounding moves points off them."""
+    """Write `smooth`, whether corner normals differ from the face's by more than rounding, and `error`, the bound of `_rounding`."""
     for i in range(triangles.shape[0]):
         p, n = triangles[i], normals[i]
         a, b, c = vector(vertices, p[0]), vector(vertices, p[1]), vector(vertices, p[2])
@@ -130,11 +132,11 @@ def measure(vertices, triangles, normals, smooth, error):
 
 @part
 def _rounding(a, e, f):
-    """A bound on how far, across a triangle, its points as `hit_point` has them and its plane as Embree has it lie apart.
+    """A bound on the distance of a triangle's points, as `hit_point` gives them, from its plane, as Embree has it.
 
-    The triangle has a corner a and from there the edges e and f. The first part is for the rounding of positions, as far as these lie
-    along the normal; the second for the plane of a sliver, which tilts with the rounding of the edges' cross product. Both are about
-    twice of what was found to be needed (decision 12).
+    The triangle has a corner a and from there the edges e and f; n = e x f. The first term bounds the rounding of positions along the
+    normal: 2^-22 sum_i |n_i| (max |corner_i| + |e_i| + |f_i|) / |n|. The second bounds the tilt of a sliver's plane, by the rounding of
+    e x f. Both are about twice what was found to be needed (decision 12).
     """
     a, e, f = _doubled(a), _doubled(e), _doubled(f)
     n = cross(e, f)
@@ -180,21 +182,21 @@ def _prepare(rays, origin, direction, near, far, kind):
 
 @part
 def closest(surface, rays, origin, direction, near, far, kind):
-    """The first triangle along a ray that is visible to this kind of rays: its index or -1.
+    """The index of the first triangle along a ray that its `kind` of rays sees, or -1.
 
-    `rays` then has distance (FAR), barycentrics (U, V), and the triangle's normal by winding, not unit, in its own space (NORMAL).
+    `rays` then holds distance (FAR), barycentrics (U, V), and the normal by winding, not unit, in the triangle's own space (NORMAL).
     """
     _prepare(rays, origin, direction, near, far, kind)
     rays.words[GEOMETRY] = -1
     rays.words[INSTANCES] = -1
     embree.intersect(surface.embree, rays.floats.ctypes.data, 0)
-    geometry = max(rays.words[GEOMETRY], rays.words[INSTANCES])  # a mesh of instances is the only geometry of its scene: number 0
+    geometry = max(rays.words[GEOMETRY], rays.words[INSTANCES])  # at an instance GEOMETRY is 0: a mesh's scene has but one
     return surface.first[geometry] + rays.words[TRIANGLE] if geometry >= 0 else np.int32(-1)
 
 
 @part
 def object_hit(surface, rays, triangle):
-    """The object that the hit in `rays`, on this triangle, belongs to."""
+    """The object of the hit in `rays`, which is on this triangle."""
     instances = rays.words[INSTANCES]
     return surface.object[triangle] if instances < 0 else np.int32(surface.first_object[instances] + rays.words[PLACE])
 
@@ -209,9 +211,9 @@ def occluded(surface, rays, origin, direction, far, kind):
 
 @part
 def shading_normal(surface, triangle, u, v, face_normal):
-    """The interpolated unit normal at barycentrics u, v; the face's own where it is flat, and where the corners' normals cancel.
+    """The interpolated unit normal at barycentrics u, v, in the space of the triangle.
 
-    All of them are in the space of the triangle.
+    It is `face_normal` if the triangle is flat, or if its corners' normals cancel.
     """
     if not surface.smooth[triangle]:
         return face_normal
@@ -223,7 +225,10 @@ def shading_normal(surface, triangle, u, v, face_normal):
 
 @part
 def facing(surface, rays, triangle, object_, ray):
-    """Unit shading and geometric normal of the hit in `rays`, on the side that the ray comes from; and whether that is behind."""
+    """Unit shading and geometric normal of the hit in `rays`, on the side that the ray comes from, and whether that is the back.
+
+    ray: its direction. The normals are in world space.
+    """
     ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
     n = shading_normal(surface, triangle, rays.floats[U], rays.floats[V], ng)
     if unlikely(object_ >= surface.placed):
@@ -236,7 +241,7 @@ def facing(surface, rays, triangle, object_, ray):
 
 @part
 def corners_of(surface, triangle, object_):
-    """The corners of a triangle of an object, and the shading normals there, from the scene's origin."""
+    """The corners a, b, c of a triangle of an object, from the scene's origin, and the shading normals there."""
     (a, b, c), normals = _own_corners(surface, triangle), surface.normal[triangle]
     n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
     if unlikely(object_ >= surface.placed):
@@ -255,9 +260,9 @@ def _own_corners(surface, triangle):
 
 @part
 def hit_point(surface, triangle, object_, u, v):
-    """The point of a triangle at barycentrics u, v, and by how much rays have to start off it: a bound on its rounding.
+    """The point of a triangle at barycentrics u, v, from the scene's origin, and a bound on its rounding: rays start that far off it.
 
-    The distance along the ray would give a point that is the less exact the further it is away.
+    It is not computed as origin + t direction, whose error grows with t.
     """
     a, b, c = _own_corners(surface, triangle)
     x, error = add(a, add(scale(subtract(b, a), u), scale(subtract(c, a), v))), surface.error[triangle]
@@ -269,5 +274,5 @@ def hit_point(surface, triangle, object_, u, v):
 
 @part
 def off_surface(x, side, error):
-    """The point of a triangle moved along the unit vector `side`, by no more than the triangle's `error` asks for."""
+    """x + error side: point x of a triangle, moved along the unit vector `side` by the bound on its rounding."""
     return add(x, scale(side, error))

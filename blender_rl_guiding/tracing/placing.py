@@ -1,6 +1,6 @@
-"""From the space of an instance's mesh to the world, at a hit: points, normals and, the other way, steps along the surface.
+"""Transforms at a hit on an instance: points and normals from its mesh's space to the world, steps along the surface back.
 
-`matrices` is (I, 3, 4) float32, `instance_to_world` of the scene.
+`matrices` is (I, 3, 4) float32, `instance_to_world` of the scene. A is the left 3 x 3 of instance i's matrix.
 """
 
 import math
@@ -11,7 +11,7 @@ from ..kernels.sampling import F, cross, dot, normalize, scale
 
 @part
 def point_to_world(matrices, i, p):
-    """A point of instance i's mesh in the world."""
+    """The world position of point p of instance i's mesh."""
     m = matrices[i]
     return (
         m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2] + m[0, 3],
@@ -22,11 +22,11 @@ def point_to_world(matrices, i, p):
 
 @part
 def placing_error(matrices, i, p, error):
-    """How far a point p of instance i's mesh in the world, and what Embree takes for it, may lie apart by rounding.
+    """A bound on the distance in the world, by rounding, of point p of instance i's mesh from the point that Embree hits.
 
-    `error` is a bound in the mesh's space. Embree brings the rays there: on the way there and back, products of the matrix cancel
-    against its shift. That was found to cost less than 2^-22 times the sum of their sizes, whatever the matrix; it is doubled as
-    `geometry.measure` does.
+    `error` is the bound in the mesh's space. Embree transforms the ray to that space; there and back, products of the matrix cancel
+    against its translation. For all matrices tried this costs less than 2^-22 times the sum of their sizes. The bound is twice that,
+    as in `geometry.measure`.
     """
     m, size, squares = matrices[i], F(0), F(0)
     for row in range(3):
@@ -37,7 +37,7 @@ def placing_error(matrices, i, p, error):
 
 @part
 def normal_to_world(matrices, i, n):
-    """A normal of instance i's mesh in the world, unit: the inverse transpose of its matrix A is cofactors(A) / det A."""
+    """The unit normal along A^-T n in the world, for normal n of instance i's mesh; A^-T = cofactors(A) / det A."""
     a, b, c = _rows(matrices, i)
     x, y, z = cross(b, c), cross(c, a), cross(a, b)
     turned = dot(x, n), dot(y, n), dot(z, n)
@@ -46,7 +46,7 @@ def normal_to_world(matrices, i, n):
 
 @part
 def step_to_mesh(matrices, i, d):
-    """A difference of points in the world, in the space of instance i's mesh."""
+    """A^-1 d: a difference d of points in the world, in the space of instance i's mesh."""
     a, b, c = _rows(matrices, i)
     x, y, z = cross(b, c), cross(c, a), cross(a, b)
     over = F(1) / dot(a, x)
@@ -59,6 +59,6 @@ def step_to_mesh(matrices, i, d):
 
 @part
 def _rows(matrices, i):
-    """The rows of the left 3 x 3."""
+    """The rows of A."""
     m = matrices[i]
     return (m[0, 0], m[0, 1], m[0, 2]), (m[1, 0], m[1, 1], m[1, 2]), (m[2, 0], m[2, 1], m[2, 2])

@@ -1,7 +1,7 @@
 """Where shadow rays start on smooth surfaces, so that the triangles beneath do not show at the terminator.
 
-A coarse mesh with smooth normals stands for a curved surface that bulges over its triangles. Light that grazes it would be cut off by
-the triangles in steps: such a ray therefore starts on the curved surface. The rules are those of Cycles, with its default threshold.
+A coarse mesh with smooth normals stands for a curved surface that bulges over its triangles. The triangles would cut off grazing light
+in steps, so a grazing ray starts on the curved surface. The rules are those of Cycles, with its default threshold.
 """
 
 import math
@@ -15,9 +15,10 @@ GRAZING = F(0.1)  # cosine below which rays start further up
 
 @part
 def shadow_ray(surface, triangle, object_, u, v, x, error, n, ng, wi, distance):
-    """A ray to what lies at `distance` along wi from just above x: its origin, unit direction and distance.
+    """The shadow ray from x to the point at `distance` along wi: its origin, unit direction and distance.
 
-    x is at barycentrics u, v of a triangle of an object, as `hit_point` gives it with its error; `n` and `ng` are on its upper side.
+    x, error: from `hit_point`, at barycentrics u, v of a triangle of an object; n, ng: shading and geometric normal, from `facing`.
+    `distance` counts from x moved off the surface along ng.
     """
     above = off_surface(x, ng, error)
     upwards = dot(n, wi) > F(0)
@@ -36,14 +37,14 @@ def shadow_ray(surface, triangle, object_, u, v, x, error, n, ng, wi, distance):
 
 @part
 def share(cosine, geometric):
-    """By how much of the bulge a ray is lifted, from its cosines with the shading and the geometric normal: 0 to 1, without jumps."""
+    """The share of the bulge that lifts a ray: 0 to 1, continuous in its cosines with the shading and the geometric normal."""
     near = F(2) - (geometric + cosine) / GRAZING if cosine < GRAZING else F(1) - geometric / GRAZING
     return min(max(near, F(0)), F(1))
 
 
 @part
 def bulge(surface, triangle, object_, u, v, outside):
-    """From a point of a triangle to the curved surface that its normals mean, where that lies outside of it."""
+    """The vector from a point of a triangle to the curved surface that its normals describe, where that lies outside of it."""
     a, b, c, n_a, n_b, n_c = corners_of(surface, triangle, object_)
     w = F(1) - u - v
     between = add(add(scale(n_a, w), scale(n_b, u)), scale(n_c, v))
@@ -58,12 +59,12 @@ def bulge(surface, triangle, object_, u, v, outside):
 
 @part
 def _turn(a, b, n_a, n_b):
-    """How much the normals turn away from each other between a and b, times the length of the edge."""
+    """(n_b - n_a) . (b - a): how far the normals diverge from a to b, times the length of the edge."""
     return dot(subtract(n_b, n_a), subtract(b, a))
 
 
 @part
 def _below(x, a, b, c, n):
-    """How far x is below the plane across the normal n that the triangle is just beneath, where it goes through a or above it."""
+    """The distance of x below the plane of normal n through the corner that lies highest along n."""
     over = max(dot(subtract(b, a), n), dot(subtract(c, a), n), F(0))
     return max(dot(subtract(a, x), n) + over, F(0))

@@ -6,7 +6,7 @@ import bpy
 import pytest
 
 import addon
-from addon.engine import Exporter
+from addon.exporter import Exporter
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import bpy
 import pytest
 
-from addon import coverage, coverage_panel
-from addon.check import check
+from addon.coverage import losses, panel
+from addon.coverage.check import check
 from blender_rl_guiding.scene.chance import DETAIL
 from blender_rl_guiding.scene.description import Loss
 from tests.addon.layout import Layout, context, drawn
@@ -30,7 +30,7 @@ def listed() -> list[Loss]:
 
 
 def panel_of(scene: bpy.types.Scene) -> Layout:
-    return drawn(coverage_panel.RLG_PT_coverage, context(scene))
+    return drawn(panel.RLG_PT_coverage, context(scene))
 
 
 def test_check_scene_lists_losses(foggy: bpy.types.Scene):
@@ -121,15 +121,15 @@ def test_another_file_forgets(foggy: bpy.types.Scene):
 
 
 def test_renders_tell(scene: bpy.types.Scene):
-    coverage.tell("Scene", [FOG])
+    losses.tell("Scene", [FOG])
     assert listed() == [FOG]
-    coverage.tell("Scene", [], fault="no light")
+    losses.tell("Scene", [], fault="no light")
     assert listed() == []
     assert panel_of(scene).texts[-1] == "no light"
 
 
 def test_a_click_selects_the_object(foggy: bpy.types.Scene):
-    coverage.tell("Scene", [FREESTYLE, FOG])
+    losses.tell("Scene", [FREESTYLE, FOG])
     bpy.context.window_manager.rl_guiding_coverage.active = 1
     assert bpy.context.selected_objects == [bpy.data.objects["Fog"]]
     assert bpy.context.view_layer.objects.active == bpy.data.objects["Fog"]
@@ -138,7 +138,7 @@ def test_a_click_selects_the_object(foggy: bpy.types.Scene):
 
 
 def test_a_click_can_be_undone(foggy: bpy.types.Scene):
-    coverage.tell("Scene", [FOG])
+    losses.tell("Scene", [FOG])
     bpy.ops.ed.undo_push(message="before")
     bpy.context.window_manager.rl_guiding_coverage.active = 0
     bpy.ops.ed.undo()
@@ -150,7 +150,7 @@ def test_a_click_shows_the_material_and_its_node(foggy: bpy.types.Scene, new_mat
     plane.data.materials.append(new_material("Other"))
     plane.data.materials.append(paint)
     node = paint.node_tree.nodes.new("ShaderNodeTexVoronoi")
-    coverage.tell("Scene", [Loss("Plane", f"material 'Paint', node '{node.name}', socket 'Color'", "not supported")])
+    losses.tell("Scene", [Loss("Plane", f"material 'Paint', node '{node.name}', socket 'Color'", "not supported")])
     bpy.context.window_manager.rl_guiding_coverage.active = 0
     assert plane.active_material == paint
     assert paint.node_tree.nodes.active == node
@@ -161,7 +161,7 @@ def test_a_click_shows_the_node_of_the_world(foggy: bpy.types.Scene):
     if bpy.app.version < (5, 0):
         foggy.world.use_nodes = True
     node = foggy.world.node_tree.nodes.new("ShaderNodeTexSky")
-    coverage.tell("Scene", [Loss("World", f"node '{node.name}'", "not supported")])
+    losses.tell("Scene", [Loss("World", f"node '{node.name}'", "not supported")])
     bpy.context.window_manager.rl_guiding_coverage.active = 0
     assert foggy.world.node_tree.nodes.active == node
 
@@ -172,7 +172,7 @@ def test_what_cannot_be_selected_is_said(foggy: bpy.types.Scene, name: str, capf
     if name == "Hidden":
         foggy.collection.objects.link(thing)
         thing.hide_set(True)
-    coverage.tell("Scene", [Loss(name, "", "left out")])
+    losses.tell("Scene", [Loss(name, "", "left out")])
     bpy.context.window_manager.rl_guiding_coverage.active = 0
     said = {"Gone": "is not there any more", "Elsewhere": "is not in this view layer", "Hidden": "is only made active"}
     assert f"'{name}'" in (out := capfd.readouterr().out)

@@ -11,7 +11,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from addon import engine, worker_client
+from addon import engine, exporter, worker_client
 from addon import installation as environment
 from addon.capture import captured
 from addon.engine import PASSES, status_line
@@ -170,7 +170,8 @@ def test_a_fault_of_the_add_on_is_a_line_and_no_black_picture(
     def export(*_: object) -> None:
         raise TypeError("no such\nthing")
 
-    monkeypatch.setattr(engine, "export", export)
+    for module in (engine, exporter):
+        monkeypatch.setattr(module, "export", export)
     lit.render.engine = "RL_GUIDED"
     with pytest.raises(RuntimeError, match="RL Guided failed: TypeError: no such thing"):
         bpy.ops.render.render()

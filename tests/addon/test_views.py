@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from addon import commands
-from addon.capture import captured
+from addon.capture import exported
 from addon.views import opened, source_key
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.data import SceneData
-from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import AUTO, View
 
 
@@ -43,7 +42,7 @@ def blend(scene: bpy.types.Scene, tmp_path: Path) -> Path:
 
 
 def seen(blend: Path, view: View) -> SceneData:
-    return viewed(captured(opened(blend, view)), view)
+    return exported(opened(blend, view), view)
 
 
 @pytest.mark.parametrize(
@@ -63,7 +62,7 @@ def seen(blend: Path, view: View) -> SceneData:
 def test_what_is_chosen_is_exported(blend: Path, view: View, x: float, size: tuple[int, int], frame: int):
     data = seen(blend, view)
     assert (data.camera.to_world[0][3], data.camera.width, data.camera.height) == (x, *size)
-    height = captured(opened(blend, View(frame=frame))).vertices[:, 2].max()
+    height = exported(opened(blend, View(frame=frame)), View()).vertices[:, 2].max()
     assert data.vertices[:, 2].max() == height
     assert (data.name, View.from_json(view.to_json())) == ("two", view)
 

@@ -67,7 +67,7 @@ def missing_environment() -> None:
         ("/nowhere/python", "not at /nowhere/python: run ./build"),
     ):
         preferences.python = chosen
-        (fault,) = part("environment").check()
+        (fault,) = part("installation").check()
         assert message in fault.problem, fault
         assert bpy.ops.rl_guided.check_environment() == {"FINISHED"}
         assert part("preferences").RLG_OT_check_environment.parts == (fault,)
@@ -78,7 +78,7 @@ def missing_environment() -> None:
 def whole_environment(python: str) -> None:
     preferences = bpy.context.preferences.addons[MODULE].preferences
     preferences.python = python
-    found = {fault.name: fault for fault in part("environment").check()}
+    found = {fault.name: fault for fault in part("installation").check()}
     assert not any(fault.problem for fault in found.values()), found
     assert {"Python", "blender_rl_guiding", "numba", "embreex", "torch"} <= found.keys()
     preferences.python = ""
@@ -182,10 +182,10 @@ def reload_append_undo(path: str) -> None:
 
 def update(archive: str) -> None:
     """Without a restart: both the add-on and the package that it brings are the new ones."""
-    old = part("environment")
+    old = part("installation")
     install(archive)
-    assert part("environment") is not old
-    assert part("environment").__version__ == sys.modules["blender_rl_guiding"].__version__ == "0.2.0"
+    assert part("installation") is not old
+    assert part("installation").__version__ == sys.modules["blender_rl_guiding"].__version__ == "0.2.0"
 
 
 def remove() -> None:

@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import addon
-from addon.engine import Exporter
+from addon.exporter import Exporter
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 

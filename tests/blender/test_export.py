@@ -174,7 +174,7 @@ def test_interruption_ends_the_child_and_leaves_nothing(tmp_path: Path):
     program = """
 import signal, sys
 from pathlib import Path
-from blender_rl_guiding.scene import blend
+from blender_rl_guiding.opening import blend
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background jobs ignore it
 def told(child, path):
     print(child.process.pid, flush=True)

@@ -72,9 +72,9 @@ F12 = """
 import sys
 from pathlib import Path
 import addon, bpy
-from addon import engine, environment
+from addon import engine, installation
 addon.register()
-environment.python = lambda: Path(sys.executable)
+installation.python = lambda: Path(sys.executable)
 bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
 bpy.context.scene.world.node_tree.links.clear()
 bpy.context.scene.render.engine = "RL_GUIDED"
@@ -88,9 +88,9 @@ CHECK = """
 import sys
 from pathlib import Path
 import addon, bpy
-from addon import environment
-environment.python = lambda: Path(sys.argv[1])
-environment.check()
+from addon import installation
+installation.python = lambda: Path(sys.argv[1])
+installation.check()
 """
 
 

@@ -15,7 +15,8 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import addon
-from addon import coverage, cycles_panels, panels, presets
+from addon import cycles_panels, panels, presets
+from addon.coverage.losses import tell
 from tests.blender import driving
 from tests.blender.driving import Step, drawn
 
@@ -90,7 +91,7 @@ def told_by_a_thread() -> Iterator[Step]:
     losses = bpy.context.window_manager.rl_guiding_coverage.losses
     kept = [line.loss for line in losses]
     for told in (kept[1:], kept):
-        thread = threading.Thread(target=coverage.tell, args=("c1", told))
+        thread = threading.Thread(target=tell, args=("c1", told))
         thread.start()
         thread.join()
         yield lambda told=told: len(losses) == len(told)

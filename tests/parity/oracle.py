@@ -14,7 +14,7 @@ import numpy as np
 import OpenEXR
 
 import addon
-from addon.engine import Exporter
+from addon.exporter import Exporter
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 from tests.parity.cases import CASES, Case

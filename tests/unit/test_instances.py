@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding.render import Result, render
-from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.scene.data import SceneData, first_triangles, runs
 from blender_rl_guiding.scene.description import CAMERA, VISIBLE, Closure, Shader
 from blender_rl_guiding.scene.faults import find_fault
-from blender_rl_guiding.scene.instances import first_triangles, runs
 from blender_rl_guiding.settings import Machine, QTable, Render
 from tests import scenes
 from tests.bundles import changed

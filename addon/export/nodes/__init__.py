@@ -1,13 +1,9 @@
-"""Which function reads which node: (where it is, identifier of the output) -> its value, or None with a note if it cannot be told."""
+"""Which function reads which node, by the node's `bl_idname`."""
 
-from collections.abc import Callable
-
-from blender_rl_guiding.scene.description import Value
-
-from ..network import At
+from ..network import Reader
 from . import colors, curves, inputs, math, normals, spectra, textures
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     **inputs.READERS,
     **textures.READERS,
     **colors.READERS,

@@ -1,10 +1,8 @@
 """Nodes that compute with colours."""
 
-from collections.abc import Callable
-
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At
+from ..network import At, Reader
 
 
 def _mix(at: At, _output: str) -> Value | None:
@@ -53,7 +51,7 @@ def _luminance(at: At, _output: str) -> Value:
     return at.add("luminance", at.value("Color"))
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeMix": _mix,
     "ShaderNodeMixRGB": _mix_rgb,
     "ShaderNodeInvert": _invert,

@@ -1,6 +1,4 @@
-"""Nodes that are drawn by hand, ramps and curves: tables, as in Cycles."""
-
-from collections.abc import Callable
+"""Colour ramps and curves: tables, as in Cycles."""
 
 import bpy
 import numpy as np
@@ -8,7 +6,7 @@ import numpy as np
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At
+from ..network import At, Reader
 
 
 def _ramp(at: At, output: str) -> Value:
@@ -56,7 +54,7 @@ def _columns(columns: list[list[float]]) -> np.ndarray:
 
 
 def _looked_up(at: At, op: str, factor: Value, value: Value, table: int, ends: tuple[float, float]) -> Value:
-    """A table over 0..1 applied to values between other ends: these are taken there, and blending is left for afterwards."""
+    """A table over 0..1, looked up at values between other ends: they are mapped to 0..1 first, and blended afterwards."""
     low, high = ends
     options = (table, int(at.node.mapping.extend == "EXTRAPOLATED"))
     if ends == (0.0, 1.0):
@@ -65,7 +63,7 @@ def _looked_up(at: At, op: str, factor: Value, value: Value, table: int, ends: t
     return at.add("mix", factor, value, at.add(op, 1.0, place, options=options), mode="MIX", options=(0, 0))
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeValToRGB": _ramp,
     "ShaderNodeRGBCurve": _rgb_curves,
     "ShaderNodeVectorCurve": _vector_curves,

@@ -1,10 +1,8 @@
-"""Nodes that bring something in: constants, coordinates, attributes, the object and the ray."""
-
-from collections.abc import Callable
+"""Input nodes: constants, coordinates, attributes, the object and the ray."""
 
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At, find, unlinked
+from ..network import At, Reader, find, unlinked
 
 _OBJECT_INFO = {"Location": "location", "Color": "color", "Alpha": "alpha", "Object Index": "object_index", "Random": "random"}
 _RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray", "Ray Length", "Ray Depth")
@@ -18,7 +16,7 @@ _GEOMETRY = {
 
 
 def _constant(at: At, output: str) -> Value:
-    """The value of a node that keeps it in its output socket."""
+    """The value that a node keeps in its output."""
     return unlinked(find(at.node.outputs, output))
 
 
@@ -27,12 +25,12 @@ def _unsupported(at: At, output: str) -> None:
 
 
 def uv(at: At, name: str = "") -> Value:
-    """Coordinates of a UV map, which the world does not have."""
+    """Coordinates of a UV map; 0 in the world, which has none."""
     return (0.0, 0.0, 0.0) if at.network.world else at.attribute("UV", name)
 
 
 def generated(at: At) -> Value:
-    """Texture space coordinates; for the world the direction."""
+    """Texture space coordinates; in the world the direction."""
     return at.add("position") if at.network.world else at.attribute("GENERATED")
 
 
@@ -56,7 +54,7 @@ def _texture_coordinate(at: At, output: str) -> Value | None:
 
 
 def _object_normal(at: At) -> Value:
-    """In the object's space, and on the side that the ray comes from."""
+    """The normal in the object's space, on the side of the ray."""
     side = at.add("math", at.add("backfacing"), -2.0, 1.0, mode="MULTIPLY_ADD", options=(0,))
     facing = at.add("vector_math", at.attribute("OBJECT_NORMAL"), 0.0, 0.0, side, mode="SCALE")
     return at.add("vector_math", facing, 0.0, 0.0, 0.0, mode="NORMALIZE")
@@ -92,12 +90,12 @@ def _color_attribute(at: At, output: str) -> Value:
 
 
 def tangent(at: At, axis: str = "Z") -> Value:
-    """The tangent that Cycles makes up where there is no other: around an axis of the object."""
+    """Cycles' default tangent: around an axis of the object."""
     return _perpendicular(at, "RADIAL", axis)
 
 
 def _perpendicular(at: At, kind: str, name: str) -> Value:
-    """An attribute that is a direction in the space of the object, as a tangent."""
+    """A tangent from an attribute that is a direction in the space of the object."""
     resources = at.network.resources
     return at.add("tangent", options=(resources.corner_attribute(kind, name), *resources.normal_axes()))
 
@@ -133,7 +131,7 @@ def _light_path(at: At, output: str) -> Value | None:
 
 
 def _light_falloff(at: At, output: str) -> Value:
-    """Strength times the distance, to a power, so that it falls off less. Smooth is for those who come too near."""
+    """strength * distance^k, k = 0 for Quadratic, 1 for Linear, 2 for Constant; times d^2 / (d^2 + smooth)."""
     strength, smooth = at.value("Strength"), at.value("Smooth")
     if at.network.distant:
         return strength
@@ -159,7 +157,7 @@ def _layer_weight(at: At, output: str) -> Value:
     return at.add("layer_weight", at.value("Blend"), *at.normal(), mode=output.upper())
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeRGB": _constant,
     "ShaderNodeValue": _constant,
     "ShaderNodeTexCoord": _texture_coordinate,

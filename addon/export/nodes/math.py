@@ -1,14 +1,12 @@
 """Nodes that compute with numbers and vectors."""
 
-from collections.abc import Callable
-
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At, find
+from ..network import At, Reader, find
 
 
 def _used(at: At, identifier: str) -> Value:
-    """What arrives at an input, or 0 if the node's mode does without it."""
+    """The value of an input; 0 if the node's mode does not use it."""
     return 0.0 if find(at.node.inputs, identifier).is_unavailable else at.value(identifier)
 
 
@@ -52,7 +50,7 @@ def _combine(at: At, _output: str) -> Value:
     return at.add("combine", at.value("X"), at.value("Y"), at.value("Z"), mode="RGB")
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeMath": _math,
     "ShaderNodeVectorMath": _vector_math,
     "ShaderNodeClamp": _clamp,

@@ -1,12 +1,10 @@
 """Nodes that make normals."""
 
-from collections.abc import Callable
-
 import bpy
 
 from blender_rl_guiding.scene.description import Color, Value
 
-from ..network import At, unlinked
+from ..network import At, Reader, unlinked
 
 
 def _normal_map(at: At, _output: str) -> Value:
@@ -16,14 +14,14 @@ def _normal_map(at: At, _output: str) -> Value:
     if node.space == "TANGENT":
         kinds = (("TANGENT", node.uv_map), ("TANGENT_SIGN", node.uv_map), ("OBJECT_NORMAL", ""))
         direction = at.add("tangent_space", direction, strength, options=tuple(resources.corner_attribute(*kind) for kind in kinds))
-        strength = 1.0  # it has had its effect, in the space where the slopes are
+        strength = 1.0  # applied already, to the slopes in tangent space
     if not node.space.endswith("WORLD"):
         direction = at.add("transform", direction, options=resources.normal_axes())
     return at.add("bend", direction, strength)
 
 
 def _signs(node: bpy.types.ShaderNodeNormalMap) -> Color:
-    """-1 for the axes that the map has the other way."""
+    """-1 for axes that the map has mirrored."""
     if node.space.startswith("BLENDER_"):
         return 1.0, -1.0, -1.0
     mirrored = node.space == "TANGENT" and getattr(node, "convention", "OPENGL") == "DIRECTX"
@@ -46,7 +44,7 @@ def _normal(at: At, output: str) -> Value:
     return at.add("vector_math", direction, other, 0.0, 0.0, mode="DOT_PRODUCT")
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeBump": _bump,
     "ShaderNodeNormal": _normal,

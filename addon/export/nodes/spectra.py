@@ -1,7 +1,6 @@
 """The Blackbody node: a table of the colours that Cycles gives it."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -9,12 +8,12 @@ from numpy.polynomial.polynomial import polyval
 from blender_rl_guiding.scene.data import TABLE_SIZE
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At, triple
+from ..network import At, Reader, triple
 
-_COLDEST, _HOTTEST = 800.0, 12000.0  # kelvin; beyond them colours stay as they are there
-# Cycles approximates the colours piece by piece; these begin at so many kelvin. Of each piece, with x in 1000 K: c and a, b of
-# c + a / x + b x for red, the same for green, and a polynomial of x for blue. No row is where the colour is zero.
-# Fitted to what Cycles 5.2 renders at 16384 temperatures: off by 1e-6 at most, but within a kelvin of where a colour becomes zero.
+_COLDEST, _HOTTEST = 800.0, 12000.0  # kelvin; beyond them the colour stays the same
+# Cycles approximates the colours by pieces that begin at these kelvin. With x = T / 1000 K, rows are c, a, b of c + a / x + b x for red
+# and for green, and the coefficients of a polynomial of x for blue.
+# Fitted to renders of Cycles 5.2 at 16384 temperatures: off by at most 1e-6, except within a kelvin of where a colour reaches zero.
 _STARTS = (800, 965, 1167, 1449, 1902, 3315, 6365)
 _RED = (
     (5.03075277, 1.6194501, -2.0504325),
@@ -64,4 +63,4 @@ def _colors(temperatures: np.ndarray) -> np.ndarray:
     return np.stack([red, green, blue, np.ones(len(x))], axis=1).clip(0)
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {"ShaderNodeBlackbody": _blackbody}
+READERS: dict[str, Reader] = {"ShaderNodeBlackbody": _blackbody}

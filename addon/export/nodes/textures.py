@@ -1,4 +1,4 @@
-"""Texture nodes: images, and patterns that are computed."""
+"""Texture nodes: images, skies and procedural patterns."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from blender_rl_guiding.scene.ops import Extension, Interpolation, Projection
 
 from ..by_cycles import opaque
 from ..images import read_image
-from ..network import At, link_to
+from ..network import At, Reader, link_to
 from ..sky import read_sky, usual_color
 from .inputs import generated, uv
 
@@ -40,14 +40,14 @@ def _image(at: At, output: str) -> Value:
 
 
 def _wants_alpha(node: bpy.types.ShaderNodeTexImage) -> bool:
-    """Whether the Alpha socket is in use here or at a node that does the same: Cycles makes one of the two."""
+    """Whether the Alpha socket is linked here or at an equal node: Cycles merges the two."""
     twins = (n for n in node.id_data.nodes if n.bl_idname == node.bl_idname and _settings(n) == _settings(node))
     return any(twin.outputs["Alpha"].is_linked for twin in twins)
 
 
 def _settings(node: bpy.types.ShaderNodeTexImage) -> tuple:
     link = link_to(node.inputs["Vector"])
-    return node.image, node.extension, node.interpolation, node.projection, link and link.from_socket
+    return node.image, node.extension, node.interpolation, node.projection, link.from_socket if link else None
 
 
 def _environment(at: At, _output: str) -> Value:
@@ -117,7 +117,7 @@ def _result(output: str) -> str:
     return "COLOR" if output == "Color" else "FACTOR"
 
 
-READERS: dict[str, Callable[[At, str], Value | None]] = {
+READERS: dict[str, Reader] = {
     "ShaderNodeTexImage": _image,
     "ShaderNodeTexEnvironment": _environment,
     "ShaderNodeTexSky": _sky,

@@ -1,7 +1,7 @@
-"""What of the scene cannot be rendered as it is, as a list: the object, where, and what stands in.
+"""The list of losses: an object that is not rendered as it is, where in it, and what stands in.
 
-Each render fills it by `tell`, and "Check Scene" without one. It belongs to the window manager, because it is about a moment: so it
-is neither saved in the file, nor a change of the file, nor taken back by undo.
+Each render fills it by `tell`, Check Scene by `show`. It belongs to the window manager: it is neither saved in the file, nor a change of
+the file, nor undone.
 """
 
 import queue
@@ -15,7 +15,7 @@ from .reveal import reveal
 
 
 class RLG_Loss(bpy.types.PropertyGroup):
-    """A `Loss`, as Blender's lists can show it."""
+    """A `Loss` for Blender's lists."""
 
     object: bpy.props.StringProperty()
     where: bpy.props.StringProperty()
@@ -23,7 +23,7 @@ class RLG_Loss(bpy.types.PropertyGroup):
 
     @property
     def loss(self) -> Loss:
-        """The same as plain data."""
+        """As plain data."""
         return Loss(self.object, self.where, self.detail)
 
 
@@ -32,38 +32,40 @@ def _on_click(coverage: bpy.types.PropertyGroup, context: bpy.types.Context) -> 
 
 
 class RLG_Coverage(bpy.types.PropertyGroup):
-    """The list, and what it is about."""
+    """The list, and the scene that it is about."""
 
-    scene: bpy.props.StringProperty(description="Name of the scene that was looked at; empty before the first time")
-    fault: bpy.props.StringProperty(description="What makes the scene impossible to render; empty if nothing does")
+    scene: bpy.props.StringProperty(description="Name of the scene that was checked; empty before the first check")
+    fault: bpy.props.StringProperty(description="Why the scene cannot be rendered; empty if it can")
     losses: bpy.props.CollectionProperty(type=RLG_Loss)
-    active: bpy.props.IntProperty(name="Loss", description="Click to select what it is about", default=-1, min=-1, update=_on_click)
+    active: bpy.props.IntProperty(
+        name="Loss", description="Click to select the thing that the line names", default=-1, min=-1, update=_on_click
+    )
 
 
-_LOOK = 0.25  # seconds between two looks at what other threads have told
+_LOOK = 0.25  # seconds between two looks at the queue
 _told: queue.SimpleQueue[tuple[str, Sequence[Loss], str]] = queue.SimpleQueue()
 
 
 def tell(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
-    """Show what the export of a scene, by its name, found. From any thread: where Blender has a window, engines render in one."""
+    """Show the losses of a scene, by its name. From any thread: where Blender has a window, engines render in a thread of their own."""
     if bpy.app.background:
         show(scene, losses, fault)
     else:
-        _told.put((scene, losses, fault))  # only the main thread may change Blender's data, or register a timer
+        _told.put((scene, losses, fault))  # only the main thread may change Blender's data or register a timer
 
 
 def _show_told() -> float:
-    """What the main thread does every now and then."""
+    """Empty the queue, in the main thread; gives the seconds until the next time."""
     while not _told.empty():
         show(*_told.get())
     return _LOOK
 
 
 def show(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
-    """As `tell`, at once, from the main thread."""
+    """As `tell`, at once; for the main thread alone."""
     manager = bpy.data.window_managers[0]
     coverage = manager.rl_guiding_coverage
-    coverage.property_unset("active")  # without the update that a click causes
+    coverage.property_unset("active")  # without the update of a click
     coverage.scene, coverage.fault = scene, fault
     coverage.losses.clear()
     for loss in losses:
@@ -75,7 +77,7 @@ def show(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
 
 @bpy.app.handlers.persistent
 def _forget(_: object) -> None:
-    """Another file is open: what is listed is not about it."""
+    """Another file is open: the list is not about it."""
     show("", ())
 
 
@@ -84,7 +86,7 @@ class RLG_OT_show_loss(bpy.types.Operator):
 
     bl_idname = "rl_guided.show_loss"
     bl_label = "Show in Scene"
-    bl_description = "Select what the chosen line of the list is about"
+    bl_description = "Select the thing that the chosen line names"
     bl_options = {"UNDO", "INTERNAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:

@@ -1,16 +1,16 @@
-"""The coverage report in Render properties."""
+"""The panel of the coverage report, in Render properties."""
 
 import bpy
 
+from ..panel import EnginePanel
+from ..text import draw_text
 from .check import RLG_OT_check
-from .engine import RLGuided
-from .text import draw_text
 
 _ROWS = 3
 
 
 class RLG_UL_losses(bpy.types.UIList):
-    """A line for each loss: what, where, and what stands in."""
+    """A line for each loss: the object, where in it, and what stands in."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0) -> None:
         split = layout.split(factor=0.3)
@@ -18,7 +18,7 @@ class RLG_UL_losses(bpy.types.UIList):
         split.label(text=": ".join(filter(None, (item.where, item.detail))), translate=False)
 
     def filter_items(self, context, data, property) -> tuple[list[int], list[int]]:
-        """By the typed text, anywhere in a line."""
+        """Show the lines that have the typed text anywhere."""
         wanted = self.filter_name.lower()
         lines = [f"{loss.object} {loss.where} {loss.detail}".lower() for loss in getattr(data, property)]
         return [self.bitflag_filter_item if wanted in line else 0 for line in lines], []
@@ -34,17 +34,10 @@ def _icon(name: str) -> str:
 _ICONS = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys()
 
 
-class RLG_PT_coverage(bpy.types.Panel):
-    """What of the scene cannot be rendered as it is."""
+class RLG_PT_coverage(EnginePanel, bpy.types.Panel):
+    """The list of losses, and Check Scene."""
 
     bl_label = "Coverage"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == RLGuided.bl_idname
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, coverage = self.layout, context.window_manager.rl_guiding_coverage
@@ -56,7 +49,7 @@ class RLG_PT_coverage(bpy.types.Panel):
 
 
 def _draw_loss(layout: bpy.types.UILayout, coverage: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    """The chosen line in full, which the list is too narrow for."""
+    """The chosen line in full: the list is too narrow for it."""
     if not 0 <= coverage.active < len(coverage.losses):
         return
     loss = coverage.losses[coverage.active]
@@ -66,13 +59,15 @@ def _draw_loss(layout: bpy.types.UILayout, coverage: bpy.types.PropertyGroup, co
 
 
 def summary(coverage: bpy.types.PropertyGroup) -> str:
-    """One line: what is known about which scene."""
+    """The state of the list in one line."""
     if not coverage.scene:
         return "Not checked yet"
     if coverage.fault:
         return coverage.fault
+    if not coverage.losses:
+        return f"{coverage.scene}: all is taken over"
     count = len(coverage.losses)
-    return f"{coverage.scene}: {count} thing{'s'[: count > 1]} replaced or left out" if count else f"{coverage.scene}: all is taken over"
+    return f"{coverage.scene}: {count} {'thing' if count == 1 else 'things'} replaced or left out"
 
 
 _CLASSES = (RLG_UL_losses, RLG_PT_coverage)

@@ -1,4 +1,4 @@
-"""The operator Check Scene: what a render would say of the scene, without one."""
+"""The operator Check Scene: fills the list of losses without a render."""
 
 import bpy
 
@@ -6,13 +6,13 @@ from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.chance import left_to_chance
 from blender_rl_guiding.scene.description import Loss
 
-from .capture import captured
-from .coverage import show
-from .export.coverage import in_blender
+from ..capture import captured
+from ..export.coverage import in_blender
+from .losses import show
 
 
 def check(scene: bpy.types.Scene) -> tuple[tuple[Loss, ...], str]:
-    """What of a scene cannot be rendered as it is, and what makes it impossible to render, empty if nothing does."""
+    """The losses of a scene, and the reason why it cannot be rendered; empty if it can."""
     try:
         found = captured(scene)
         return (*in_blender(found.coverage), *left_to_chance(found, scene.rl_guiding.nee)), ""
@@ -21,7 +21,7 @@ def check(scene: bpy.types.Scene) -> tuple[tuple[Loss, ...], str]:
 
 
 class RLG_OT_check(bpy.types.Operator):
-    """Fills the list of `coverage` for the present scene."""
+    """Fills the list for the present scene."""
 
     bl_idname = "rl_guided.check"
     bl_label = "Check Scene"

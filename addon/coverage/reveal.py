@@ -1,4 +1,4 @@
-"""From a line of the coverage report to what it is about: selected, active, and its node with it."""
+"""Selects the object of a line of the coverage report, its material and its node."""
 
 import re
 
@@ -10,7 +10,7 @@ _MATERIAL, _NODE, _GROUP = (re.compile(rf"{kind} '(.*?)'(?:,|$)") for kind in ("
 
 
 def reveal(loss: Loss, context: bpy.types.Context) -> str:
-    """Select what a loss is about, as far as that can be selected; says in one line what could not, or nothing."""
+    """Select the object, material and node that a loss names; returns one line about what cannot be selected, or an empty one."""
     scene, thing = context.scene, bpy.data.objects.get(loss.object)
     if scene.world and loss.object == scene.world.name and not (thing and _MATERIAL.search(loss.where)):
         _choose_node(scene.world.node_tree, loss.where)
@@ -38,7 +38,7 @@ def _select(thing: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> str:
 
 
 def _choose_material(thing: bpy.types.Object, where: str) -> bool:
-    """Make a material that a loss names the object's active one, and its node the active node; whether there is one."""
+    """Make the material that a loss names the active one, and its node too; returns whether the object has that material."""
     named = _MATERIAL.search(where)
     for index, slot in enumerate(thing.material_slots):
         if named and slot.material and slot.material.name == named[1]:
@@ -49,7 +49,7 @@ def _choose_material(thing: bpy.types.Object, where: str) -> bool:
 
 
 def _choose_node(tree: bpy.types.NodeTree | None, where: str) -> None:
-    """Make a node the only selected one of a tree, and active: that which a loss names, or the group that has it."""
+    """Select the node that a loss names, or the group around it, alone and as the active one."""
     named = _GROUP.search(where) or _NODE.search(where)
     if not tree or not named:
         return
@@ -61,7 +61,7 @@ def _choose_node(tree: bpy.types.NodeTree | None, where: str) -> None:
 
 
 def _turn_editors(context: bpy.types.Context, kind: str) -> None:
-    """Have the open shader editors show the materials of objects, or the world."""
+    """Turn the open shader editors to the materials of objects, or to the world."""
     for area in context.screen.areas if context.screen else ():
         if area.type == "NODE_EDITOR" and area.spaces.active.tree_type == "ShaderNodeTree":
             area.spaces.active.shader_type = kind

@@ -1,0 +1,9 @@
+"""The coverage report: the list of losses, Check Scene, the panel, and the way from a line to the thing that it names."""
+
+from ..registering import registering
+from . import check, losses, panel
+from .losses import tell
+
+__all__ = ["register", "tell", "unregister"]
+
+register, unregister = registering((losses, check, panel))

@@ -1,0 +1,34 @@
+"""The base of the add-on's engines: Blender gives the depsgraph in render mode to engines alone."""
+
+import bpy
+
+from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.scene.data import SceneData
+
+from .export.scene import export
+from .export.stop import Stopped
+from .export.text import read_names
+
+
+class Exporter(bpy.types.RenderEngine):
+    """Exports the scene and hands it to `deliver`; itself never registered."""
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        try:
+            with read_names():
+                self.work(depsgraph)
+        except (InputError, OSError) as error:  # OSError: the temporary folder
+            self.report({"ERROR"}, str(error))  # unlike error_set, `report` fails the operator, too
+        except Stopped:
+            pass
+        except Exception as error:  # Blender would print it and show a black picture
+            self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {' '.join(str(error).split())}")
+            raise
+
+    def work(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Render. Blender shows the line of an InputError."""
+        self.deliver(export(depsgraph, self.frame_set))
+
+    def deliver(self, scene: SceneData) -> None:
+        """Take the exported scene. InputError as in `work`."""
+        raise NotImplementedError
