@@ -9,6 +9,7 @@ import numpy as np
 from blender_rl_guiding import messages
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.leftovers import temporary_folder
+from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.chance import left_to_chance
 from blender_rl_guiding.scene.data import SceneData
@@ -96,7 +97,7 @@ class RLGuided(Exporter):
                 note = event["text"]
                 self.report({"INFO"}, note)
             elif event["event"] == "pass":
-                self.update_progress(event["samples"] / event["of"])
+                self.update_progress(Pace(event["seconds"], event["left"]).share)
                 self.update_stats(note, status_line(event))
             if event["event"] == "done" or event.get("shown"):
                 self._show(frames, width, height, layer)

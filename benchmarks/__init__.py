@@ -1,1 +1,1 @@
-"""Speed against other renderers, as ratios measured in one session, and sizes; started by `./build.sh bench`."""
+"""Speed against other renderers, as ratios from one session; and memory, time and noise by size. `./build.sh bench` starts both."""

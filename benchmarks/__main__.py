@@ -1,6 +1,7 @@
 """Runs the benchmark of speed: all programs take turns in one session, so that only ratios of the same minute are compared.
 
-`python -m benchmarks size` measures sizes instead, `python -m benchmarks window` how long F12 keeps Blender's window.
+`python -m benchmarks size` measures sizes instead, `python -m benchmarks window` how long F12 keeps Blender's window, and
+`python -m benchmarks images OTHER` compares bits and speed with another checkout.
 """
 
 import glob
@@ -13,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,20 +23,20 @@ from rich.table import Table
 
 from blender_rl_guiding.errors import InputError, atomic
 
-from . import size, window
+from . import same_images, size, window
 
-TOLERANCE = 0.01  # of the mean radiance; beyond it, the programs do not render the same
+TOLERANCE = 0.01  # relative difference of mean radiances; a larger one means that the programs do not render the same
 OUT = Path(__file__).parents[1] / "out" / "bench" / "latest.json"
-PUBLISHED = Path(__file__).parents[2] / "shared" / "scenes"  # where they lie beside the project
+PUBLISHED = Path(__file__).parents[2] / "shared" / "scenes"  # beside the project
 
 
 class Contest(NamedTuple):
-    """A scene that programs render in turns, ours first, each with so many samples."""
+    """A scene, and the samples of each program. Programs render in turns, ours first."""
 
     name: str
     scene: str
     samples: dict[str, int]
-    noise: float  # of the means, relative, that chance may explain
+    noise: float  # relative difference of means that chance may explain
     rounds: int
 
 
@@ -44,12 +46,12 @@ CORNELL = Contest(
 
 
 def published() -> list[Contest]:
-    """The published scenes against Cycles, with the limits and the Russian roulette in the file, at equal samples."""
+    """The published scenes against Cycles at equal samples, with the file's bounce limits and Russian roulette."""
     return [Contest(f"{path.stem}, NEE + MIS", str(path), {"ours": 8, "cycles": 8}, 0.03, 3) for path in sorted(PUBLISHED.glob("*.blend"))]
 
 
 class Child:
-    """A program that renders on demand; InputError with its last words if it fails."""
+    """A program that renders on demand. If it fails: InputError with its last line."""
 
     def __init__(self, name: str, contest: Contest, words: Any) -> None:
         environment = os.environ | ({"DRJIT_LIBLLVM_PATH": llvm()} if name == "llvm_ad_rgb" else {})
@@ -62,7 +64,7 @@ class Child:
         self.means: list[list[float]] = []  # linear RGB
 
     def render(self, seed: int) -> None:
-        """Render once, and keep its rate and mean."""
+        """Render once; keep the rate and the mean."""
         assert self._process.stdin
         print(seed, file=self._process.stdin, flush=True)
         answer = self._answer()
@@ -70,11 +72,11 @@ class Child:
         self.means.append(answer["mean"])
 
     def mean(self) -> list[float]:
-        """Mean radiance over pixels and rounds, linear RGB."""
+        """Mean radiance over all pixels and rounds, linear RGB."""
         return [statistics.fmean(channel) for channel in zip(*self.means, strict=True)]
 
     def end(self) -> None:
-        """Let the process end, which it does when its input does."""
+        """Close its input; the process then ends."""
         assert self._process.stdin
         self._process.stdin.close()
         try:
@@ -95,7 +97,7 @@ class Child:
 
 @contextmanager
 def child(name: str, contest: Contest) -> Iterator[Child]:
-    """A program that is ready to render, for as long as it is needed."""
+    """A program that is ready to render, until the block ends."""
     with tempfile.TemporaryFile("w+") as words:
         started = Child(name, contest, words)
         try:
@@ -105,7 +107,7 @@ def child(name: str, contest: Contest) -> Iterator[Child]:
 
 
 def llvm() -> str:
-    """The LLVM library for Mitsuba; older ones than 19 are known to crash on current CPUs. InputError if there is none."""
+    """The LLVM library for Mitsuba, version 19 or later: older ones crash on current CPUs. InputError if there is none."""
     if given := os.environ.get("DRJIT_LIBLLVM_PATH"):
         return given
     places = (
@@ -122,7 +124,7 @@ def llvm() -> str:
 
 
 def measure(console: Console, contest: Contest) -> list[dict[str, Any]]:
-    """A row for each peer. InputError if ours fails, or if a peer's image is another one."""
+    """A row for each peer. InputError if ours fails, or a peer's image differs."""
     missing: list[dict[str, Any]] = []
     with ExitStack() as stack:
         ready: list[Child] = []
@@ -146,7 +148,7 @@ def measure(console: Console, contest: Contest) -> list[dict[str, Any]]:
 
 
 def check_same(ours: Child, peer: Child, tolerance: float) -> None:
-    """InputError unless both render the same radiance in the mean, channel by channel."""
+    """InputError unless the mean radiances agree in each channel."""
     for a, b in zip(ours.mean(), peer.mean(), strict=True):
         if abs(a / b - 1) > tolerance:
             means = (f"{p.program} {', '.join(f'{c:.5f}' for c in p.mean())}" for p in (ours, peer))
@@ -154,7 +156,7 @@ def check_same(ours: Child, peer: Child, tolerance: float) -> None:
 
 
 def row(name: str, ours: Child, peer: Child) -> dict[str, Any]:
-    """One line of the result; the ratio is the median of the rounds' ratios, above 1 where ours is faster."""
+    """One line of the result. Its ratio is the median over rounds; above 1, ours is faster."""
     ratio = statistics.median(a / b for a, b in zip(ours.rates, peer.rates, strict=True))
     rates = {"ours": statistics.median(ours.rates), "peer": statistics.median(peer.rates)}
     return {"name": name, **rates, "peer_name": peer.program, "ratio": ratio, "unit": "Mpaths/s"}
@@ -179,10 +181,13 @@ def speed() -> int:
 
 
 def main(arguments: list[str]) -> int:
-    """Speed, or what the one argument says; returns the exit status."""
+    """Speed, or what the first argument says; returns the exit status."""
     benchmarks = {(): speed, ("size",): size.main, ("window",): window.main}
+    if arguments[:1] == ["images"]:
+        benchmarks[tuple(arguments)] = partial(same_images.main, arguments[1:], PUBLISHED)
     if tuple(arguments) not in benchmarks:
-        print(f"bench: there is no benchmark {' '.join(arguments)!r}, only size, window, and speed without an argument", file=sys.stderr)
+        known = "size, window, images OTHER, and speed without an argument"
+        print(f"bench: there is no benchmark {' '.join(arguments)!r}, only {known}", file=sys.stderr)
         return 2
     try:
         return benchmarks[tuple(arguments)]()

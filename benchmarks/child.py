@@ -1,7 +1,7 @@
-"""One program of the benchmark in a process of its own: `python -m benchmarks.child NAME SCENE SAMPLES`.
+"""One program of the benchmark, in a child process: `python -m benchmarks.child NAME SCENE SAMPLES`.
 
-SCENE is a .blend, or "cornell". Answers each line of its input, which is a seed, by a line of JSON: {"seconds", "mean"}. The first line of
-its output, after a warm-up, is {"program", "pixels"}: name and version, and the size of the image.
+SCENE is a .blend, or "cornell". After a warm-up the child writes {"program", "pixels"}: name and version, and the number of pixels.
+Each line of input is a seed. The child renders it and answers with a line of JSON: {"seconds", "mean"}.
 """
 
 import json
@@ -15,7 +15,7 @@ from .cornell import cornell_box
 
 
 def prepare(name: str, scene: str, samples: int) -> tuple[str, programs.Renderer]:
-    """A program that is ready to render the scene."""
+    """(name and version, renderer) of a program."""
     if name == "ours":
         from blender_rl_guiding.opening.blend import open_scene
 
@@ -28,7 +28,7 @@ def prepare(name: str, scene: str, samples: int) -> tuple[str, programs.Renderer
 def main() -> None:
     name, scene, samples = sys.argv[1:]
     answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)  # Blender chats on standard output
+    os.dup2(2, 1)  # Blender prints on standard output
     program, run = prepare(name, scene, int(samples))
     height, width, _ = run(0).shape  # compiles, fills caches, builds acceleration structures
     print(json.dumps({"program": program, "pixels": height * width}), file=answers)

@@ -1,4 +1,4 @@
-"""The Cornell box as every program of the benchmark gets it: that of Mitsuba's `cornell_box()`, z up, in triangles."""
+"""The Cornell box for all programs of the benchmark: Mitsuba's `cornell_box()`, with z up, in triangles."""
 
 import math
 from typing import NamedTuple
@@ -16,14 +16,14 @@ _BLACK = (0.0, 0.0, 0.0)
 
 
 class Material(NamedTuple):
-    """A diffuse reflector or an emitter, which every program can be told of."""
+    """A diffuse reflector or an emitter: every program has both."""
 
     name: str
     base_color: tuple[float, float, float]
     emission: tuple[float, float, float]
 
     def shader(self) -> Shader:
-        """The material in our own terms."""
+        """The material as a shader of ours."""
         kind, color = ("emission", self.emission) if any(self.emission) else ("diffuse", self.base_color)
         return Shader(self.name, (), (Closure(kind, 1.0, {"color": color}),) * any(color))
 
@@ -37,13 +37,13 @@ MATERIALS = (
 )
 WHITE, GREEN, RED, LIGHT, BLACK = range(len(MATERIALS))
 
-_CUBE = [  # corners by their bits x, y, z; each face winds so that its normal points out
+_CUBE = [  # bits of a corner's number: x, y, z. Normals point out
     (0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6),
 ]  # fmt: skip
 
 
 def _cube(centre: tuple[float, float, float], half: tuple[float, float], height: float) -> list[list[np.ndarray]]:
-    """Faces of a box whose first horizontal half axis is `half`, and the second the same, turned by a right angle."""
+    """Faces of a box. Its horizontal half axes are `half`, and `half` turned by a right angle."""
     x, y, z = np.array([*half, 0.0]), np.array([-half[1], half[0], 0.0]), np.array([0.0, 0.0, height])
     corners = [centre + (sx * x + sy * y + sz * z) for sz in (-1, 1) for sy in (-1, 1) for sx in (-1, 1)]
     return [[corners[k] for k in face] for face in _CUBE]
@@ -55,15 +55,15 @@ def _quads() -> list[tuple[list[np.ndarray], int]]:
     quads = [(faces[k][::-1], material) for k, material in room.items()]
     quads += [(face, WHITE) for face in _cube((0.335, -0.38, -0.7), (0.286891, -0.0877115), 0.3)]
     quads += [(face, WHITE) for face in _cube((-0.33, 0.28, -0.4), (0.28491, 0.0939491), 0.61)]
-    # Mitsuba's emitters shine to one side, the others' to both: a black quad behind makes it one side for all. Light leaks
-    # through the gap between them: at 1 mm it adds 0.3 % to the mean, and fireflies.
+    # Mitsuba's emitters shine to one side, those of the others to both. A black quad behind the light makes it one side for all.
+    # Light leaks through the gap between the two: a gap of 1 mm adds 0.3 % to the mean, and fireflies.
     for height, material in ((0.99, LIGHT), (0.9901, BLACK)):
         quads.append(([np.array((x, y, height)) for x, y in ((-0.23, -0.2), (-0.23, 0.18), (0.23, 0.18), (0.23, -0.2))], material))
     return quads
 
 
 def cornell_box() -> SceneData:
-    """The scene, for ours as it is and for the peers to be translated."""
+    """The scene. We render it as it is; `programs` translates it for the peers."""
     quads = _quads()
     corners = np.array([face for face, _ in quads])  # (quads, 4, 3)
     triangles = (4 * np.arange(len(quads))[:, None, None] + [[0, 1, 2], [0, 2, 3]]).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""The programs that are compared. Each gets the scene ready once and returns what renders it: seed -> image (H, W, 3)."""
+"""The programs of the benchmark. Each prepares the scene once and returns a function seed -> image (H, W, 3)."""
 
 import tempfile
 from collections.abc import Callable
@@ -17,7 +17,7 @@ Renderer = Callable[[int], np.ndarray]
 
 
 def ours(scene: SceneData, samples: int) -> tuple[str, Renderer]:
-    """This program, with next-event estimation and the materials' own sampling."""
+    """This program, with next-event estimation and BSDF sampling."""
     from blender_rl_guiding import __version__
     from blender_rl_guiding.render import render
     from blender_rl_guiding.settings import BSDF, Render
@@ -32,7 +32,7 @@ def ours(scene: SceneData, samples: int) -> tuple[str, Renderer]:
 
 
 def mitsuba(variant: str, scene: SceneData, samples: int) -> tuple[str, Renderer]:
-    """Mitsuba 3's path integrator; it never plays Russian roulette before `rr_depth`."""
+    """Mitsuba 3's path integrator. `rr_depth` is beyond the depth limit: no Russian roulette."""
     mi = import_module("mitsuba")
     mi.set_variant(variant)
     film = {
@@ -65,7 +65,7 @@ def _mitsuba_material(material: Material) -> dict[str, Any]:
 
 
 def _write_ply(path: Path, scene: SceneData, material: int) -> None:
-    """The triangles of one material as a PLY file, which is how Mitsuba takes a mesh with all its attributes at once."""
+    """The triangles of one material as a PLY file: Mitsuba reads a mesh with all attributes from it."""
     corners = scene.vertices[scene.triangles[scene.material == material]].reshape(-1, 3)
     lines = ["ply", "format ascii 1.0", f"element vertex {len(corners)}", *(f"property float {c}" for c in "xyz")]
     lines += [f"element face {len(corners) // 3}", "property list uchar int vertex_indices", "end_header"]
@@ -78,7 +78,7 @@ def _write_ply(path: Path, scene: SceneData, material: int) -> None:
 
 
 def cycles(scene: SceneData, samples: int) -> tuple[str, Renderer]:
-    """Cycles on the CPU inside the bpy module, with everything off that would bias the image or end paths early."""
+    """Cycles on the CPU, in the bpy module. Whatever biases the image or ends paths early is off."""
     bpy = import_module("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     target = bpy.context.scene
@@ -90,7 +90,7 @@ def cycles(scene: SceneData, samples: int) -> tuple[str, Renderer]:
 
 
 def cycles_on_file(path: str, samples: int) -> tuple[str, Renderer]:
-    """Cycles on a .blend with the settings in the file, but without what biases the image or spends samples unevenly."""
+    """Cycles on a .blend, with the file's settings. Whatever biases the image or spends samples unevenly is off."""
     bpy = import_module("bpy")
     bpy.ops.wm.open_mainfile(filepath=path)
     return _cycles_renderer(bpy, bpy.context.scene, samples)
@@ -110,7 +110,7 @@ def _cycles_renderer(bpy: Any, target: Any, samples: int) -> tuple[str, Renderer
         setattr(target.cycles, name, value)
     target.render.image_settings.file_format = "OPEN_EXR"
     target.render.image_settings.color_depth = "32"
-    folder = tempfile.TemporaryDirectory(prefix="bench-")  # lives as long as what is returned
+    folder = tempfile.TemporaryDirectory(prefix="bench-")  # lives as long as the function that is returned
 
     def run(seed: int) -> np.ndarray:
         target.cycles.seed = seed
@@ -150,7 +150,7 @@ def _cycles_camera(bpy: Any, target: Any, scene: SceneData) -> None:
 def _cycles_settings(target: Any) -> None:
     settings = {
         "pixel_filter_type": "BOX",
-        # Cycles does not count the bounce at which it samples the light.
+        # Cycles does not count the bounce where it samples the light.
         "max_bounces": BOUNCES - 1,
         "diffuse_bounces": BOUNCES - 1,
         "min_light_bounces": BOUNCES,  # no Russian roulette

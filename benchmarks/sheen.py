@@ -1,7 +1,7 @@
-"""Fits the sheen's tables to what Cycles renders: python -m benchmarks.sheen writes them into bsdf/tables.npz.
+"""Fits the sheen's tables to renders by Cycles: `python -m benchmarks.sheen` writes them into bsdf/tables.npz.
 
-A transformed cosine, albedo * density, has three unknowns for each cosine and roughness: a, b and the albedo. The oracle shows it
-from several directions, without noise.
+The model is albedo times a transformed cosine. For each cosine and roughness it has three unknowns: a, b and the albedo.
+The oracle renders it under several suns, without noise.
 """
 
 import json
@@ -18,15 +18,15 @@ from blender_rl_guiding.errors import atomic
 SIZE = 32
 TABLES = Path("blender_rl_guiding/bsdf/tables.npz")
 ORACLE = Path("tests/statistical/bsdf_oracle.py")
-# The first sample is half a step from zero, where neither a grazing view nor a zero roughness can be seen; see `to_grid`.
-TOLERANCE = 5e-3  # relative; seen along the normal, Cycles' frame is of no certain direction
-UNSEEN = np.zeros(3)  # what stands in Cycles' tables where smooth fibres scatter nothing, as the samples half way to it show
-BRIGHT = 1e6  # colour, so that Cycles does not leave out the darkest lobes
+# The first sample is half a step from zero: at zero itself, view or roughness, Cycles shows nothing. `to_grid` extrapolates.
+TOLERANCE = 5e-3  # relative; along the normal, the direction of Cycles' frame is undefined
+UNSEEN = np.zeros(3)  # the entry of Cycles' tables where smooth fibres scatter nothing; samples half a step away agree
+BRIGHT = 1e6  # colour: Cycles drops dark lobes
 SAMPLES = np.array([0.5, *range(1, SIZE)]) / (SIZE - 1)
 
 
 def frames() -> np.ndarray:
-    """For each cosine the rotation to world space of a frame whose wo, in its x-z plane, comes to lie along +z: (32, 3, 3)."""
+    """For each cosine the rotation from the local frame, with wo in its x-z plane, to world space, with wo = +z: (32, 3, 3)."""
     c, s, zero, one = SAMPLES, np.sqrt(1 - SAMPLES**2), np.zeros(SIZE), np.ones(SIZE)
     return np.moveaxis(np.array([[c, zero, -s], [zero, one, zero], [s, zero, c]]), 2, 0)
 
@@ -40,7 +40,7 @@ def suns() -> np.ndarray:
 
 
 def measure() -> np.ndarray:
-    """f cos of sheen under each sun for each cosine and roughness: (suns, 32, 32)."""
+    """f cos of sheen for each sun, cosine and roughness: (suns, 32, 32)."""
     spec = {
         "materials": [{"node": "ShaderNodeBsdfSheen", "inputs": {"Color": [BRIGHT] * 3, "Roughness": r}} for r in SAMPLES],
         "cases": [[r, frame.tolist(), False] for frame in frames() for r in range(SIZE)],
@@ -62,7 +62,7 @@ def sheen(parameters: np.ndarray, wi: np.ndarray) -> np.ndarray:
 
 
 def fit(measured: np.ndarray, wi: np.ndarray, starts: list[np.ndarray]) -> np.ndarray:
-    """The parameters, from one of the starts, that make the model equal what was measured, relative to its size."""
+    """The parameters with the least relative error, by least squares from the first start that fits."""
     seen = measured > 0
     if not seen.any():
         return UNSEEN
@@ -77,14 +77,15 @@ def fit_all(measured: np.ndarray) -> np.ndarray:
     fitted = np.empty((SIZE, SIZE, 3))
     for i, frame in enumerate(frames()):
         for j in range(SIZE):
-            near = [fitted[i, j - 1]] * (j > 0) + [fitted[i - 1, j]] * (i > 0)
+            near = [fitted[i, j - 1]] if j else []
+            near += [fitted[i - 1, j]] if i else []
             starts = [p for p in near if p[2] > 0] + [np.array([1.0, 0.0, 0.1]), np.array([0.1, 0.0, 0.05])]
             fitted[i, j] = fit(measured[:, i, j], suns() @ frame, starts)
     return fitted
 
 
 def to_grid(samples: np.ndarray, axis: int) -> np.ndarray:
-    """What is interpolated linearly at half a step from zero, at zero itself."""
+    """The grid's entry at zero: linear interpolation to half a step gives the sample there."""
     samples = np.moveaxis(samples.copy(), axis, 0)
     samples[0] = 2 * samples[0] - samples[1]
     return np.moveaxis(samples, 0, axis)
@@ -94,7 +95,7 @@ def main() -> None:
     """Measure, fit and write: (3, 32, 32), a, b and albedo by cosine and roughness."""
     samples = np.moveaxis(fit_all(measure()), 2, 0)
     table = to_grid(to_grid(samples, 1), 2).astype(np.float32)
-    table[0], table[2] = table[0].clip(1e-6), table[2].clip(0)  # the extrapolation errs by less
+    table[0], table[2] = table[0].clip(1e-6), table[2].clip(0)  # the extrapolation's error is smaller
     with atomic(TABLES) as part:
         np.savez_compressed(part, allow_pickle=False, **dict(np.load(TABLES)) | {"sheen": table})
 

@@ -1,4 +1,4 @@
-"""Sizes: memory, time and noise against triangles, instances, emitters and pixels, each in its own process; `./build.sh bench size`."""
+"""Memory, time and noise against triangles, instances, emitters and pixels, each in a child process. `./build.sh bench size`."""
 
 import json
 import subprocess
@@ -14,22 +14,22 @@ from rich.table import Table
 from blender_rl_guiding.errors import InputError, atomic
 
 OUT = Path(__file__).parents[1] / "out" / "bench" / "size.json"
-CUTS = (1, 3, 10, 32, 100, 316, 913)  # of a wall of the room, both ways: 12 to 10,002,828 triangles
+CUTS = (1, 3, 10, 32, 100, 316, 913)  # quads along each side of a wall: 12 to 10,002,828 triangles
 EMITTERS = {
     "quads": (1, 10, 100, 1000, 10_000),
     "points": (1, 10, 100, 1000, 10_000),
     "balls": (1, 10, 100, 1000, 10_000),
 }
-TREES = (10, 200, 10_000)  # of 50,000 triangles: up to 500 million
+TREES = (10, 200, 10_000)  # 50,000 triangles each: up to 500 million
 PIXELS = ((256, 256), (1024, 1024), (1920, 1080), (3840, 2160))
 GIB = 1 << 30
-MOST = 4 * GIB  # that the largest image may take, with all passes
+MOST = 4 * GIB  # limit for the largest image, with all passes
 
 Row = dict[str, Any]
 
 
 def measure(*arguments: object) -> Row:
-    """What `size_child` prints. InputError with its last words if it fails."""
+    """The JSON that `size_child` prints. If it fails: InputError with its last line."""
     command = [sys.executable, "-m", "benchmarks.size_child", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
     if done.returncode:
@@ -39,7 +39,7 @@ def measure(*arguments: object) -> Row:
 
 
 def triangles(console: Console, folder: Path) -> Iterable[Row]:
-    """A room of ever finer walls, from Blender to the image."""
+    """A room with finer and finer walls, from Blender to the image."""
     blend, bundle = folder / "room.blend", folder / "room.npz"
     for cuts in CUTS:
         measure("room", blend, cuts, 256)
@@ -49,7 +49,7 @@ def triangles(console: Console, folder: Path) -> Iterable[Row]:
 
 
 def instances(console: Console, folder: Path) -> Iterable[Row]:
-    """Ever more trees of one mesh; the first few are copied."""
+    """More and more trees of one mesh. A few are copied; many become instances."""
     blend, bundle = folder / "forest.blend", folder / "forest.npz"
     for trees in TREES:
         console.print(f"{trees} trees")
@@ -58,7 +58,7 @@ def instances(console: Console, folder: Path) -> Iterable[Row]:
 
 
 def emitters(console: Console, folder: Path) -> Iterable[Row]:
-    """Quads that shine, and lamps, picked by power and evenly; the folder is not needed."""
+    """Emitting quads, and lamps, picked by power and evenly. Does not use the folder."""
     for kind, counts in EMITTERS.items():
         for count in counts:
             console.print(f"{count} {kind}")
@@ -78,13 +78,13 @@ def pixels(console: Console, folder: Path) -> Iterable[Row]:
 
 
 def slope(rows: list[Row], size: Callable[[Row], float], value: Callable[[Row], float]) -> float:
-    """By how much a value grows from the last size but one to the last, for each unit of size."""
+    """Growth of a value from the last size but one to the last, per unit of size."""
     a, b = rows[-2:]
     return (value(b) - value(a)) / (size(b) - size(a))
 
 
 def slopes(found: dict[str, list[Row]]) -> dict[str, float]:
-    """Bytes for each further triangle and pixel. For a path there are none: a thread follows one after another in the same memory."""
+    """Bytes per triangle and per pixel. A path needs none: each thread traces its paths one by one in the same memory."""
 
     def count(row: Row) -> float:
         return row["export"]["triangles"]
@@ -136,7 +136,7 @@ def show(console: Console, found: dict[str, list[Row]]) -> None:
 
 
 def main() -> int:
-    """Measure, write out/bench/size.json, print the tables; status 1 where the largest image takes too much memory."""
+    """Measure, write out/bench/size.json, print the tables. Status 1 if the largest image takes more than MOST."""
     console = Console()
     console.print("compiling kernels (once after an update)")
     measure("warm")

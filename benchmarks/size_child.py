@@ -1,7 +1,7 @@
-"""One measurement of sizes in a process of its own, so that its peak of memory is its own: `python -m benchmarks.size_child WHAT ...`.
+"""One measurement in a child process, which has its own memory peak: `python -m benchmarks.size_child WHAT ...`.
 
-Prints one line of JSON. Seconds are of the wall; those of the processor beside them, of all threads, are the steadier ones where others
-share the machine.
+It prints one line of JSON. Each NAME in seconds of wall time has a NAME_cpu: processor time of all threads, which varies less on a
+shared machine.
 """
 
 import json
@@ -19,7 +19,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from blender_rl_guiding.experiments.runs import save_run
+from blender_rl_guiding.experiments.runs import Task, save_run
 from blender_rl_guiding.guiding import make_guide
 from blender_rl_guiding.lights.emitters import Lights, lights
 from blender_rl_guiding.lights.inverse import inverse_table
@@ -38,19 +38,19 @@ Measured = dict[str, Any]
 
 @contextmanager
 def timed(into: Measured, name: str) -> Iterator[None]:
-    """Adds the seconds of its block as `name`, and those of the processor as `name`_cpu."""
+    """Adds `name` and `name`_cpu: wall and processor seconds of the block."""
     wall, cpu = time.perf_counter(), time.process_time()
     yield
     into[name], into[f"{name}_cpu"] = time.perf_counter() - wall, time.process_time() - cpu
 
 
 def peak() -> int:
-    """The most memory that this process has had, in bytes."""
+    """This process's memory peak in bytes."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
 def warm() -> Measured:
-    """Compiles what the others are to find on disk: a process that compiles takes more memory than one that renders."""
+    """Compiles all kernels for the other measurements: compiling takes more memory than rendering."""
     warm_up(BSDF(), Machine())
     return {}
 
@@ -59,7 +59,7 @@ def warm() -> Measured:
 
 
 def room(blend: str, cuts: str, pixels: str) -> Measured:
-    """Makes the .blend, which is not what is measured."""
+    """Makes the .blend. Nothing is measured."""
     write_room(Path(blend), int(cuts), int(pixels))
     return {}
 
@@ -71,7 +71,7 @@ def forest(blend: str, trees: str, pixels: str) -> Measured:
 
 
 def export(blend: str, bundle: str) -> Measured:
-    """The export from Blender: meshes read, all of the scene, and the bundle written; in the order in which a user waits for them."""
+    """The export from Blender, in order: reading the meshes, reading the rest, writing the bundle."""
     bpy = import_module("bpy")
     from addon.export.geometry import read_mesh
     from addon.export.scene import export as export_scene
@@ -80,7 +80,7 @@ def export(blend: str, bundle: str) -> Measured:
     found: Measured = {}
 
     class Timed(Exporter):
-        """Exports and looks at the clock; the image stays black."""
+        """Exports and takes the times. Its image stays black."""
 
         bl_idname = "RL_GUIDED_SIZE"
         bl_label = "RL Guided Size"
@@ -104,7 +104,7 @@ def export(blend: str, bundle: str) -> Measured:
 
 
 def triangles(bundle: str, samples: str) -> Measured:
-    """Opening a bundle, building what is traced, and tracing."""
+    """Loading a bundle, building the stage, and tracing."""
     found: Measured = {}
     warm_up(BSDF(), Machine())
     found["warm"] = peak()
@@ -125,7 +125,7 @@ def triangles(bundle: str, samples: str) -> Measured:
 
 
 def emitters(count: str, kind: str, pick: str, pixels: str, samples: str) -> Measured:
-    """Noise beneath many lights: of one sample per pixel, its standard deviation relative to the pixel's mean, as root mean square."""
+    """Noise below many lights: rms over pixels of sigma / mean, with sigma the standard deviation of one sample."""
     warm_up(BSDF(), Machine())
     scene = lit_floor(int(count), int(pixels), kind)
     found: Measured = {}
@@ -139,7 +139,7 @@ def emitters(count: str, kind: str, pick: str, pixels: str, samples: str) -> Mea
 
 
 def evenly(scene: SceneData, shading: Any, surface: Any) -> Lights:
-    """The lights as they would be if each were as likely to be picked as any other; every quad has a shader of its own."""
+    """The scene's lights, all with the same probability. Each quad has its own shader."""
     found = lights(scene, shading, surface)
     chance = np.where(found.probability > 0, 1.0, 0.0)
     chance /= chance.sum()
@@ -154,7 +154,7 @@ def evenly(scene: SceneData, shading: Any, surface: Any) -> Lights:
 
 
 def pixels(width: str, height: str, denoise: str, folder: str) -> Measured:
-    """The whole of `rlg render --passes`, files and all, on a scene of next to no triangles."""
+    """All of `rlg render --passes`, files included, on a scene of few triangles."""
     warm_up(BSDF(), Machine())
     found: Measured = {"warm": peak()}
     box = cornell_box()
@@ -164,7 +164,7 @@ def pixels(width: str, height: str, denoise: str, folder: str) -> Measured:
         result = render(scene, settings)
     found["rendered"] = peak()
     with timed(found, "writing"):
-        save_run(Path(folder), scene, "bsdf", settings, Machine(), result, None)
+        save_run(Task(Path(folder), scene, settings), Machine(), result)
     return found | {"peak": peak()}
 
 
@@ -173,7 +173,7 @@ WHAT: dict[str, Callable[..., Measured]] = {f.__name__: f for f in (warm, room, 
 
 def main() -> None:
     answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)  # Blender chats on standard output
+    os.dup2(2, 1)  # Blender prints on standard output
     print(json.dumps(WHAT[sys.argv[1]](*sys.argv[2:])), file=answers)
 
 

@@ -1,4 +1,4 @@
-"""Scenes of any size: a room of displaced walls for Blender to export, and a floor beneath any number of lights."""
+"""Scenes of any size: rooms and forests as .blend files, and a floor below any number of lights."""
 
 import math
 from importlib import import_module
@@ -12,18 +12,18 @@ from blender_rl_guiding.scene.description import Bounces, Camera, Closure, Lamp,
 
 WALLS = 6
 QUADS = 25_000  # leaves of a tree
-HALF = 0.02  # of the edge of a quad that shines, and radius of a ball, metres
+HALF = 0.02  # half the edge of an emitting quad, and radius of a ball, in metres
 
 
 def triangles(cuts: int) -> int:
-    """Of a room whose walls are grids of `cuts` by `cuts` quads."""
+    """Triangles of a room with walls of `cuts` x `cuts` quads."""
     return WALLS * 2 * cuts * cuts
 
 
 def write_room(path: Path, cuts: int, pixels: int) -> None:
-    """A closed room as a .blend: six walls, smooth, displaced, half of them with a UV texture.
+    """Write a closed room as a .blend: six smooth, displaced walls, half of them with a UV texture.
 
-    Its displacement ends at the walls' edges, so that no ray escapes.
+    The displacement is 0 at the edges of walls, so no ray escapes.
     """
     bpy = import_module("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -37,7 +37,7 @@ def write_room(path: Path, cuts: int, pixels: int) -> None:
 
 
 def write_forest(path: Path, trees: int, pixels: int) -> None:
-    """Linked duplicates of one tree of 50,000 triangles beneath a grey sky, as a .blend."""
+    """Write a .blend: linked duplicates of a tree of 50,000 triangles, under a grey sky."""
     bpy = import_module("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     rng = np.random.default_rng(1)
@@ -56,7 +56,7 @@ def write_forest(path: Path, trees: int, pixels: int) -> None:
 
 
 def _wall(bpy: Any, cuts: int, seed: int, material: Any) -> Any:
-    """A grid over -1..1, lifted by waves and, between its vertices, by noise."""
+    """A grid over -1..1, displaced by waves and by noise."""
     line = np.linspace(-1, 1, cuts + 1)
     x, y = (a.ravel() for a in np.meshgrid(line, line))
     rough = np.random.default_rng(seed).standard_normal(len(x)) * 0.2 / cuts
@@ -79,7 +79,7 @@ def _wall(bpy: Any, cuts: int, seed: int, material: Any) -> Any:
 
 
 def _wall_matrix(wall: int) -> np.ndarray:
-    """Where a wall stands, its upper side towards the middle of the room."""
+    """The matrix of a wall. Its upper side faces the middle of the room."""
     axis, side = divmod(wall, 2)
     matrix = np.zeros((4, 4))
     inwards = 1.0 - 2.0 * side
@@ -119,9 +119,9 @@ def _lamp_and_camera(bpy: Any, pixels: int) -> None:
 
 
 def lit_floor(emitters: int, pixels: int, kind: str) -> SceneData:
-    """A floor beneath a square of emitters of unequal power: quads that shine, or lamps that are points or balls.
+    """A floor below a square of emitters with unequal power. `kind`: "quads" that emit, or lamps, "points" or "balls".
 
-    The powers are exponentials cubed, as if a few bright ones stood among many dim ones; their sum is always the same.
+    Each power is an exponential variate cubed: a few are bright, most are dim. They add up to 100.
     """
     rng = np.random.default_rng(7)
     power = rng.exponential(size=emitters) ** 3
@@ -157,7 +157,7 @@ def _lamp(name: str, place: np.ndarray, intensity: float, kind: str) -> Lamp:
 
 
 def _square(middles: np.ndarray, half: float, *, up: bool) -> np.ndarray:
-    """Corners (4 n, 3) of level squares around their middles (n, 3), winding so that they face up or down."""
+    """Corners (4 n, 3) of level squares around middles (n, 3), which face up or down."""
     around = half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
     return (middles[:, None] + (around if up else around[::-1])).reshape(-1, 3)
 

@@ -1,4 +1,4 @@
-"""How long F12 keeps Blender's window from answering, and Esc takes, beside Cycles; `./build.sh bench window`."""
+"""How long F12 blocks Blender's window, and how long Esc takes, beside Cycles. `./build.sh bench window`."""
 
 import json
 import os
@@ -18,11 +18,11 @@ OUT = ROOT / "out" / "bench" / "window.json"
 BLENDER = Path(os.environ.get("BLENDER", ROOT / ".." / "shared" / "tools" / "blender"))
 CHILD = Path(__file__).with_name("window_child.py")
 ROUNDS = 2
-PLACES = {"WINDOW": "in a window of its own", "AREA": "in an editor of the same window"}  # Blender's names for where the image goes
+PLACES = {"WINDOW": "in a window of its own", "AREA": "in an editor of the same window"}  # Blender's names for the place of the image
 
 
 def measure(engine: str, place: str) -> dict[str, Any]:
-    """What `window_child` finds in a Blender of its own. InputError with its last words if it fails."""
+    """The result of `window_child` in a new Blender. If it fails: InputError with its last line."""
     with tempfile.TemporaryDirectory(prefix="window-") as folder:
         result = Path(folder, "result.json")
         arguments = ["--", engine, place, sys.executable, str(result)]

@@ -1,6 +1,6 @@
-"""What `window.py` has a Blender with a window do: `window_child.py ENGINE PLACE PYTHON RESULT`.
+"""`window.py` runs this script in a Blender with a window: `window_child.py ENGINE PLACE PYTHON RESULT`.
 
-Presses F12, notes for fifteen seconds when the main thread comes by, presses Esc, and writes the longest absence to RESULT.
+It presses F12, notes each visit of the main thread for fifteen seconds, presses Esc, and writes the longest gap to RESULT.
 """
 
 import subprocess
@@ -20,7 +20,7 @@ from addon import installation as environment
 from tests.blender.driving import Step, drive
 
 ENGINE, PLACE, PYTHON, RESULT = sys.argv[-4:]
-BEAT = 0.02  # seconds between two visits of the main thread, where nothing keeps it
+BEAT = 0.02  # seconds between two visits of an idle main thread
 SECONDS = 15.0
 visits: list[float] = []
 found: dict[str, Any] = {}
@@ -39,7 +39,7 @@ def steps() -> Iterator[Step]:
     found["stall"] = max(after - before for before, after in pairwise(visits)) - BEAT
     assert bpy.app.is_job_running("RENDER"), "the render has ended by itself"
     pressed = time.monotonic()
-    subprocess.Popen(["xdotool", "key", "Escape"])  # not waited for: Blender has to go on to see it
+    subprocess.Popen(["xdotool", "key", "Escape"])  # do not wait: Blender must go on to see the key
     yield lambda: not bpy.app.is_job_running("RENDER")
     found["esc"] = time.monotonic() - pressed
 

@@ -1,4 +1,4 @@
-"""Lines for the user from code without a console: "is damaged: made again", "cannot be kept".
+"""Lines for the user. Whoever has something to say calls `tell`; a terminal, the worker or Blender listens.
 
 Standard library only: the add-on tells some, too.
 """
@@ -11,9 +11,9 @@ _LOG = logging.getLogger("blender_rl_guiding")  # writes to stderr if nobody lis
 _TOLD: set[str] = set()
 
 
-def tell(line: str) -> None:
-    """A line for the user. The same one is told only once for each listener."""
-    if line not in _TOLD:
+def tell(line: str, again: bool = False) -> None:
+    """A line for the user. A listener hears the same one only once, unless it may come `again`."""
+    if again or line not in _TOLD:
         _TOLD.add(line)
         _LOG.warning(line)
 

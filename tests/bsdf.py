@@ -1,4 +1,4 @@
-"""Surfaces of constant materials for tests, and the tracer's view of them over arrays of directions."""
+"""Surfaces of constant materials, and what the tracer's kernels give for arrays of directions at them."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ Closure = tuple[str, dict]  # kind, inputs other than the defaults; "weight" amo
 
 
 def shading_of(*closures: Closure) -> Shading:
-    """One shader of closures whose inputs are all constants."""
+    """A shader of closures with constant inputs."""
     constants, rows = [], np.zeros((len(closures), 32), np.int32)
     for row, (kind, inputs) in zip(rows, closures, strict=True):
         values = [inputs.get("weight", 1.0), *({**CLOSURES[kind], **inputs}[name] for name in CLOSURES[kind])]
@@ -63,7 +63,7 @@ def point_at(wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Point:
 
 @kernel
 def _scatter(shading, point, registers, lobes):
-    return surface.scatter(ref(shading), 0, ref(point), registers, lobes)  # by reference, as the tracer does: compiled once for both
+    return surface.scatter(ref(shading), 0, ref(point), registers, lobes)  # by reference, as in the tracer: Numba compiles it once for both
 
 
 @kernel
@@ -113,13 +113,13 @@ class Surface:
         return f, pdf[:, 0], pdf[:, 1]
 
     def sample(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Directions (n, 3), labels (n,) and the throughput of singular ones (n, 3), from uniform numbers (n, 3)."""
+        """For uniform numbers (n, 3): wi (n, 3), labels (n,), and the throughput (n, 3) of singular lobes."""
         wi, label, throughput = np.empty((len(u), 3), np.float32), np.empty(len(u), np.int32), np.zeros((len(u), 3), np.float32)
         _sample(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(u, np.float32), wi, label, throughput)
         return wi, label, throughput
 
     def pick(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lobes and what is left of each number of u (n,)."""
+        """The lobe that each u (n,) picks, and the uniform number that is left of u."""
         picked, rest = np.empty(len(u), np.int64), np.empty(len(u), np.float32)
         _pick(self.lobes, self.count, np.ascontiguousarray(u, np.float32), picked, rest)
         return picked, rest
@@ -132,13 +132,13 @@ class Surface:
 
 
 def surface_of(*closures: Closure, wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Surface:
-    """What `scatter` makes of closures."""
+    """The lobes that `scatter` makes of closures."""
     point, lobes = point_at(wo, n, ng, backfacing), np.zeros((surface.LOBES, surface.COLUMNS), np.float32)
     count, emission, transparency = _scatter(shading_of(*closures), point, np.zeros((256, 3), np.float32), lobes)
     return Surface(point, lobes, count, np.array(emission), np.array(transparency))
 
 
 def direction(degrees: float, turn: float = 0.0) -> np.ndarray:
-    """The unit vector at an angle to +z, turned about it by so many degrees from +x."""
+    """The unit vector at `degrees` from +z, turned by `turn` degrees from +x around z."""
     theta, phi = np.radians([degrees, turn])
     return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])

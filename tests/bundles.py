@@ -1,8 +1,7 @@
-"""A small scene that has some of everything a bundle can hold, and ways to change one thing of it."""
+"""A small scene with an example of everything in a bundle, and functions that change one thing of it."""
 
 import json
-import math
-from collections.abc import Iterator
+import random
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.reliability import mutations, npz
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.scene.data import ARRAYS, SceneData, Texture
@@ -26,7 +26,7 @@ _CODE = (
 
 
 def whole() -> SceneData:
-    """Two objects, an instance, a textured shader, lamps, textures of both types, tables, attributes and a loss; never rendered."""
+    """Two objects, an instance, a textured shader, lamps, textures of both types, tables, attributes and a loss. Tests do not render it."""
     room, rng = scenes.tiny(4), np.random.default_rng(1)
     scene, count = with_instances(room, scenes.white_cube(), np.eye(3, 4)[None]), len(room.triangles)
     painted = Shader("painted", _CODE, (Closure("diffuse", 0.5, {"color": Node(3)}), Closure("glossy", Node(2), {"roughness": 0.1})))
@@ -62,18 +62,18 @@ def changed(array: np.ndarray, index: Any, value: Any) -> np.ndarray:
 
 
 def shader(scene: SceneData, index: int = 0, **values: Any) -> dict[str, Any]:
-    """For `replace`: the shaders, of which one has other values."""
+    """For `replace`: the shaders, one of them with other values."""
     new = replace(scene.shaders[index], **values)
     return {"shaders": (*scene.shaders[:index], new, *scene.shaders[index + 1 :])}
 
 
 def lamp(scene: SceneData, **values: Any) -> dict[str, Any]:
-    """For `replace`: the lamps, of which the first has other values."""
+    """For `replace`: the lamps, the first with other values."""
     return {"lamps": (replace(scene.lamps[0], **values), *scene.lamps[1:])}
 
 
 def rewrite(scene: SceneData, path: Path, header: Any = None, **arrays: Any) -> None:
-    """Write a bundle in which the header's values or arrays are replaced, or left out where None."""
+    """Write the scene's bundle with other values of the header, or other arrays. None leaves one out."""
     save(scene, path)
     with np.load(path) as file:
         content = {name: file[name] for name in file.files}
@@ -83,7 +83,7 @@ def rewrite(scene: SceneData, path: Path, header: Any = None, **arrays: Any) -> 
 
 
 def refusal(path: Path) -> str:
-    """What `load` says of a bundle that it must refuse, after a check that it is one line that names the file."""
+    """`load` refuses the bundle in one line that names the file. Returns the line."""
     with pytest.raises(InputError) as info:
         load(path)
     text = str(info.value)
@@ -94,54 +94,27 @@ def refusal(path: Path) -> str:
 
 # --- hostile bundles ---------------------------------------------------------------------------------------------------
 
-NUMBERS = {
-    "f": (np.nan, np.inf, -np.inf, 3.4e38, -3.4e38, 1e30, -1e30, 2e18, 1e9, -1.0, 0.0, 1e-38, 1e-45),
-    "i": (np.iinfo(np.int64).min, -(2**31), -2, -1, 0, 1, 255, 2**24, 2**31 - 1, 2**31, np.iinfo(np.int64).max),
-    "u": (0, 1, 31, 32, 255),
-}
-VALUES = {
-    bool: (True, False, 2, None),
-    int: (-(2**63), -(2**31), -1, 0, 1, 3, 31, 1024, 2**24, 2**31, 2**63 - 1, 2**63, int(1e30), 0.5, True),
-    float: (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e300, -1e300, 1e30, 1e18, 1e-38, 5e-324, -1.0, 0.0, 10**400),
-    str: ("", "\ud800", "..", "a/b", "\n", "x" * 300, "perspective", "normal"),
-}
 
-
-def spoiled(scene: SceneData, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """For `rewrite`: one of the arrays or textures with an extreme of its type at one place, in one row, or in all of it; or shorter."""
+def spoiled(scene: SceneData, rng: random.Random) -> dict[str, np.ndarray]:
+    """For `rewrite`: one of the arrays or textures with an extreme in it, or with more or fewer rows."""
     arrays = {name: getattr(scene, name) for name in ARRAYS} | {f"texture_{k}": t.texels for k, t in enumerate(scene.textures)}
     name = rng.choice(list(arrays))
-    array = arrays[name]
-    if rng.random() < 0.15:
-        axis = rng.integers(array.ndim)
-        return {name: np.roll(array, 1, axis) if rng.random() < 0.3 else np.repeat(array, 2, axis) if rng.random() < 0.3 else array[:-1]}
-    place = tuple(rng.integers(n) for n in array.shape) if array.size else ()
-    value = rng.choice(np.array(NUMBERS[array.dtype.kind], array.dtype if array.dtype.kind == "f" else np.int64))
-    limits = np.iinfo(array.dtype) if array.dtype.kind != "f" else None
-    value = np.clip(value, limits.min, limits.max) if limits else value
-    return {name: changed(array, place[: rng.integers(array.ndim + 1)], value) if array.size else array}
+    spoil = npz.spoiled_array if rng.random() < 0.85 else npz.resized_array
+    return {name: spoil(arrays[name], rng)}
 
 
-def misdescribed(scene: SceneData, rng: np.random.Generator) -> dict[str, Any]:
-    """For `rewrite`: the header with one of its values replaced by an extreme of its type."""
+def misdescribed(scene: SceneData, rng: random.Random) -> dict[str, Any]:
+    """For `rewrite`: the header with an extreme in the place of one of its values."""
     header = json.loads(json.dumps(scene.header()))
-    leaves = list(_leaves(header))
-    part, key = leaves[rng.integers(len(leaves))]
-    choices = VALUES.get(type(part[key]), (None,))
-    part[key] = choices[rng.integers(len(choices))]
+    leaves = [place for place in mutations.places(header) if not isinstance(mutations.at(header, place), dict | list)]
+    *above, last = rng.choice(leaves)
+    holder = mutations.at(header, above)
+    holder[last] = mutations.extreme(holder[last], rng)
     return header
 
 
-def _leaves(part: Any) -> Iterator[tuple[Any, Any]]:
-    for key, value in part.items() if isinstance(part, dict) else enumerate(part):
-        if isinstance(value, dict | list):
-            yield from _leaves(value)
-        else:
-            yield part, key
-
-
 def painted() -> SceneData:
-    """`whole` with shaders that have steps of every family, a closure of every kind, tiles, a lamp with a shader, and the disc of a sun."""
+    """`whole` with steps of every family, closures of every kind, tiles, a lamp with a shader, and a sun's disc."""
     scene, rng = whole(), np.random.default_rng(2)
     tile = Texture("tile", True, rng.integers(256, size=(2, 2, 4), dtype=np.uint8), 1001, 1)
     textures = (*scene.textures, tile, replace(tile, tile=1002, rest=0))

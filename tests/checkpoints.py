@@ -1,4 +1,4 @@
-"""Renders that are killed and leave a checkpoint behind, and ways to change one."""
+"""Renders that are killed after a checkpoint, and a function that changes a checkpoint."""
 
 import json
 from dataclasses import replace
@@ -15,7 +15,7 @@ from blender_rl_guiding.schema import Settings, entries
 from blender_rl_guiding.settings import BSDF, DQN, Machine, QTable, Render
 
 MACHINE = Machine(batch=1024, checkpoint=1e-9)
-SPP, KILLED = 7, 4  # samples; passes before the end
+SPP, KILLED = 7, 4  # samples of a render; passes before it is killed
 LITTLE = {
     "rows": 2,
     "columns": 3,
@@ -42,7 +42,7 @@ def small(settings: Settings) -> Settings:
 
 
 def started(scene: SceneData, settings: Render, path: Path) -> None:
-    """Render until it is killed after so many passes; the checkpoint is of the one before the last of these."""
+    """Kill a render after KILLED passes. The checkpoint holds one pass fewer."""
 
     def on_pass(state: Result) -> None:
         state.curve[-1]["judged"] = float(state.image.mean())
@@ -54,7 +54,7 @@ def started(scene: SceneData, settings: Render, path: Path) -> None:
 
 
 def told(result: Result) -> dict[str, Any]:
-    """All that the clock does not decide."""
+    """The result without what depends on the clock."""
     arrays = [result.image, *result.film.sums, *result.film.layers().values(), *result.guide.state().values()]
     table = result.guide.directions()
     seconds = {"seconds", "train_seconds", "infer_seconds"}
@@ -77,7 +77,7 @@ SETTINGS = {
 
 
 def change(path: Path, header: dict[str, Any] | None = None, arrays: dict[str, np.ndarray] | None = None, right: bool = True) -> None:
-    """Change a checkpoint; with its SHA-256 made right, as an attacker would."""
+    """Change a checkpoint. `right`: write the SHA-256 that fits, as an attacker would."""
     with np.load(path) as file:
         members = dict(file)
     said = json.loads(str(members.pop("header"))) | (header or {})

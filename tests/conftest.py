@@ -1,4 +1,4 @@
-"""What every test may ask for, and the time that compiling takes, kept out of what tests measure."""
+"""Fixtures for all tests."""
 
 import fcntl
 import os
@@ -16,7 +16,7 @@ Once = Callable[[str, Callable[[Path], None]], Path]
 
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory: pytest.TempPathFactory) -> Once:
-    """A folder by its name, which the first that asks for it fills; the other processes that run tests wait for it and share it."""
+    """Makes a folder once for all processes of a test run: the first caller fills it, the others wait and share it."""
     own = tmp_path_factory.getbasetemp()
     common = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
 
@@ -34,7 +34,7 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Once:
 
 @pytest.fixture
 def notes() -> Iterator[list[str]]:
-    """The lines that the user is told during the test."""
+    """The notices of the test, line by line."""
     lines: list[str] = []
     with heard_by(lines.append):
         yield lines
@@ -42,13 +42,13 @@ def notes() -> Iterator[list[str]]:
 
 @pytest.fixture(scope="session")
 def compiled() -> None:
-    """Kernels and torch are ready, for this process and those it starts."""
+    """Compiles kernels and loads torch, for this process and its children."""
     warm_up(DQN(), Machine())
 
 
 @pytest.fixture(scope="module")
 def own_references(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """References of scenes that exist for one test only do not belong into the user's cache; compiled kernels do."""
+    """Keeps references out of the user's cache. Compiled kernels still go there."""
     cache = tmp_path_factory.mktemp("cache")
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "blender_rl_guiding"
     (home / "kernels").mkdir(parents=True, exist_ok=True)

@@ -8,13 +8,13 @@ from torch import Tensor
 
 from blender_rl_guiding.guiding.dqn import TORCH_THREADS
 
-STEP = 1e-6  # the truth's own error is some STEP^2 of truncation and 1e-16 / STEP of rounding
+STEP = 1e-6  # error of a central difference: STEP^2 from truncation, 1e-16 / STEP from rounding
 DIRECTIONS = 3
 
 
 def assert_gradients(loss: Callable[[], Tensor], leaves: Iterable[Tensor]) -> None:
-    """Torch's gradient of loss() by every leaf, along random directions, in which every entry takes part, is the central difference."""
-    torch.set_num_threads(TORCH_THREADS)  # threads that wait for each other on sums this small take most of the time
+    """For each leaf x and random d: grad loss . d = (loss(x + h d) - loss(x - h d)) / 2h, with h = STEP."""
+    torch.set_num_threads(TORCH_THREADS)  # with more threads, waiting takes longer than these small sums
     leaves, random = list(leaves), torch.Generator().manual_seed(5)
     gradients = torch.autograd.grad(loss(), leaves)
     for leaf, gradient in zip(leaves, gradients, strict=True):

@@ -1,4 +1,4 @@
-"""The same scene twice: with instances of meshes, and with all their triangles in the world."""
+"""One scene in two forms: with instances of a mesh, and with the triangles of all instances in world space."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +10,7 @@ from blender_rl_guiding.scene.description import VISIBLE
 
 
 def with_instances(scene: SceneData, mesh: SceneData, matrices: Sequence[np.ndarray] | np.ndarray) -> SceneData:
-    """A scene with a mesh, all triangles of another scene with its shaders, placed by matrices (I, 3, 4)."""
+    """The scene with I instances of a mesh. The mesh has the triangles and shaders of another scene; matrices (I, 3, 4) place it."""
     shaders = (*scene.shaders, *mesh.shaders)
     count, objects = len(matrices), len(scene.visibility)
     return replace(
@@ -29,7 +29,7 @@ def with_instances(scene: SceneData, mesh: SceneData, matrices: Sequence[np.ndar
 
 
 def flattened(scene: SceneData) -> SceneData:
-    """All instances as triangles in the world; where a matrix mirrors, the corners in reverse order."""
+    """All instances as triangles in world space. Corners are in reverse order where the matrix mirrors."""
     ends = np.append(scene.meshes[1:], len(scene.triangles))
     world, first = len(scene.object), placed(scene)
     parts = [(scene.vertices[scene.triangles[:world]], scene.normals[:world], scene.material[:world], scene.object)]
@@ -64,7 +64,7 @@ def flattened(scene: SceneData) -> SceneData:
 
 
 def matrix(scale: tuple[float, float, float], turn: float, shift: tuple[float, float, float]) -> np.ndarray:
-    """(3, 4): scaled, then turned around an oblique axis, then shifted."""
+    """The matrix (3, 4) that scales, turns around an oblique axis, then shifts."""
     axis = np.array((1.0, 2.0, 2.0)) / 3
     cross = np.cross(np.eye(3), axis)
     rotation = np.eye(3) + np.sin(turn) * -cross + (1 - np.cos(turn)) * cross @ cross

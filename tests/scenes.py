@@ -1,4 +1,4 @@
-"""Small scenes built in code, so that the tracer's tests depend on no exporter."""
+"""Small scenes made in code: tests of the tracer need no exporter."""
 
 import math
 
@@ -15,22 +15,22 @@ NO_ROULETTE = 1024
 
 def material(name: str, albedo: Vector = (0.0, 0.0, 0.0), emission: Vector = (0.0, 0.0, 0.0)) -> Shader:
     """A diffuse reflector that may emit."""
-    closures = [Closure("diffuse", 1.0, {"color": albedo})] * any(albedo) + [Closure("emission", 1.0, {"color": emission})] * any(emission)
+    closures = [Closure(kind, 1.0, {"color": color}) for kind, color in (("diffuse", albedo), ("emission", emission)) if any(color)]
     return Shader(name, (), tuple(closures))
 
 
 def sky(radiance: Vector) -> Shader:
-    """A world that is the same everywhere."""
+    """A world of one radiance in all directions."""
     return Shader("sky", (), (Closure("emission", 1.0, {"color": radiance}),) * any(radiance))
 
 
 def bounces(limit: int) -> Bounces:
-    """Up to so many scattering events of any kind, without Russian roulette."""
+    """At most `total` scattering events of any kind, without Russian roulette."""
     return Bounces(limit, limit, limit, limit, roulette=NO_ROULETTE)
 
 
 def empty(size: int, world: Vector = (0.0, 0.0, 0.0)) -> SceneData:
-    """Nothing but the world."""
+    """A scene without triangles."""
     arrays = {name: np.zeros([length or 0 for length in shape], dtype) for name, (dtype, shape) in ARRAYS.items()}
     return SceneData(name="empty", shaders=(), camera=look((0, -3, 0), (0, 0, 0), 40, size, size), world=sky(world), **arrays)
 
@@ -69,7 +69,9 @@ class Builder:
             for j in range(segments):
                 a, b, c, d = point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)
                 # At a pole two of the four points are one.
-                for corners in [(a, b, c)] * (i < rings - 1) + [(a, c, d)] * (i > 0):
+                lower = [(a, b, c)] if i < rings - 1 else []
+                upper = [(a, c, d)] if i > 0 else []
+                for corners in (*lower, *upper):
                     n = np.array(corners[::-1] if inward else corners)
                     self.triangle(centre + radius * n, -n if inward else n, of)
 
@@ -90,7 +92,7 @@ class Builder:
 
 
 def look(position: Vector, target: Vector, vfov: float, width: int, height: int) -> Camera:
-    """A camera at `position` with z up; vfov in degrees."""
+    """A camera at `position`, z up, with a vertical field of view in degrees."""
     back = np.subtract(position, target, dtype=np.float64)
     back /= np.linalg.norm(back)
     right = np.cross((0.0, 0.0, 1.0), back)
@@ -103,7 +105,7 @@ def look(position: Vector, target: Vector, vfov: float, width: int, height: int)
 
 
 def box(builder: Builder, low: Vector, high: Vector, walls: dict[str, Shader]) -> None:
-    """Inward-facing walls: any of -x +x -y +y -z +z."""
+    """Walls that face inwards: any of -x +x -y +y -z +z."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     quads = {
         "-x": ((x0, y0, z0), (x0, y1, z0), (x0, y1, z1), (x0, y0, z1)),
@@ -130,16 +132,16 @@ def lit_quad(camera: Camera) -> SceneData:
 
 
 def furnace_box(albedo: float, emission: float, size: int = 16, max_bounces: int = 6) -> SceneData:
-    """A closed box whose walls all emit and reflect alike, seen from within: the same radiance everywhere."""
+    """A closed box seen from inside, with emission E and albedo a: radiance E (1 - a^(n+1)) / (1 - a) everywhere after n bounces."""
     b = Builder()
     box(b, (-1, -1, 0), (1.5, 1, 1), everywhere(material("wall", (albedo,) * 3, (emission,) * 3)))
     return b.scene(look((-0.3, -0.8, 0.4), (0.2, 0.5, 0.6), 70, size, size), max_bounces=max_bounces, name="furnace")
 
 
 def furnace_sphere(albedo: float, emission: float, size: int = 16, max_bounces: int = 6) -> SceneData:
-    """The inside of a sphere that emits and reflects alike everywhere.
+    """The inside of a sphere with one emission and one albedo.
 
-    There the density of choosing the light in any direction is the cosine's own: next-event estimation and BSDF sampling weigh 1/2 each.
+    Both densities are cos / pi there, so next-event estimation and BSDF sampling have the MIS weight 1/2 each.
     """
     b = Builder()
     b.sphere((0.2, 0.1, 0), 1, material("wall", (albedo,) * 3, (emission,) * 3), inward=True)
@@ -147,16 +149,16 @@ def furnace_sphere(albedo: float, emission: float, size: int = 16, max_bounces: 
 
 
 def white_cube(size: int = 16) -> SceneData:
-    """A convex, flat, perfectly white thing in surroundings of radiance 1: invisible."""
+    """A cube of albedo 1 in a world of radiance 1: no pixel shows it."""
     b = Builder()
     box(b, (-1, -1, -1), (1, 1, 1), everywhere(material("white", (1.0, 1.0, 1.0))))
-    for i, corners in enumerate(b.vertices):  # inside out
+    for i, corners in enumerate(b.vertices):  # turn the box inside out
         b.vertices[i], b.normals[i] = corners[::-1], -b.normals[i]
     return b.scene(look((3, -4, 2), (0, 0, 0), 40, size, size), world=(1.0, 1.0, 1.0), name="white cube")
 
 
 def tiny(size: int = 16, max_bounces: int = 4) -> SceneData:
-    """A coloured box with a small lamp, a bright wall, a sphere with smooth normals and a shelf: everything, in few triangles."""
+    """A coloured box of few triangles, with a small lamp, a wall that emits, a smooth sphere and a shelf."""
     grey, red = material("grey", (0.7, 0.7, 0.7)), material("red", (0.8, 0.3, 0.2))
     glowing = material("glowing", (0.2, 0.5, 0.6), (0.05, 0.1, 0.3))
     b = Builder()

@@ -1,4 +1,4 @@
-"""Shaders of a single closure, and the value that they give to it at points of a small scene."""
+"""Shaders with one closure, and the value of its first input at points of a small scene."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ COLOR = 2  # the column of a closure's first input
 
 
 def shader(*code: Instruction) -> Shader:
-    """A surface that glows in the colour of the last step."""
+    """A shader that emits the colour of its last step."""
     return Shader("test", code, (Closure("emission", 1.0, {"color": Node(len(code) - 1)}),))
 
 
@@ -48,7 +48,7 @@ def scene(
 
 @kernel
 def glow(shading, shader, points, triangles, uv, wo, backfacing, registers, out):
-    """The colour of the shader's first closure at each point, whose normal is +z."""
+    """The colour of the shader's first closure at each point. The normal is +z."""
     shading = ref(shading)
     up = (F(0), F(0), F(1))
     closure = shading.closures[shading.shaders[shader, 2]]
@@ -64,7 +64,7 @@ def glow(shading, shader, points, triangles, uv, wo, backfacing, registers, out)
 def colors(
     shading: Shading, shader: int, corners: np.ndarray, uv: np.ndarray, wo: np.ndarray | None = None, backfacing: int = 0
 ) -> np.ndarray:
-    """The colour that a shader gives to points (u, v) of triangles (T, 3, 3), one in each: (T, 3)."""
+    """The shader's colour (T, 3) at one point (u, v) in each of T triangles (T, 3, 3)."""
     weights = np.stack([1 - uv.sum(axis=1), uv[:, 0], uv[:, 1]], axis=1)
     points = np.einsum("tc,tcx->tx", weights, corners).astype(np.float32)
     wo = np.tile(np.float32((0, 0, 1)), (len(points), 1)) if wo is None else wo.astype(np.float32)

@@ -1,4 +1,4 @@
-"""The tests of statistical hypotheses, with one rate of false alarms: 1e-4 for each, however many values it looks at."""
+"""Statistical tests. Each has a false-alarm rate of 1e-4, for all the values together that it looks at."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-ALARM = 1e-4  # seeds are fixed, so a test that passed once goes on passing; this is the chance that it never would have
+ALARM = 1e-4  # chance that correct code fails at a new seed; seeds are fixed, so a test that passed once goes on passing
 TINY = 1e-300
-ROUNDING = 2e-5  # relative error of single precision, after some hundred operations
+ROUNDING = 2e-5  # relative error of some hundred operations in single precision
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def assert_distributed(observed: np.ndarray, expected: np.ndarray) -> None:
-    """Pearson's chi-squared test of counts, any shape alike, against expected counts; bins expecting fewer than 10 are pooled."""
+    """Pearson's chi-squared test of counts against expected counts of the same shape. Bins with fewer than 10 expected are pooled."""
     observed, expected = np.ravel(observed).astype(float), np.ravel(expected).astype(float)
     np.testing.assert_allclose(
         observed.sum(), expected.sum(), rtol=1e-4, err_msg="samples lie outside the bins, or the pdf is not one in all"
@@ -22,7 +22,7 @@ def assert_distributed(observed: np.ndarray, expected: np.ndarray) -> None:
     rare = expected < 10
     observed, expected = (np.append(x[~rare], x[rare].sum()) for x in (observed, expected))
     observed, expected = observed[expected > 0], expected[expected > 0]
-    if len(expected) == 1:  # all samples are where they have to be, as was seen above
+    if len(expected) == 1:  # all samples are in one bin, and the sums agree
         return
     statistic = ((observed - expected) ** 2 / expected).sum()
     p = stats.chi2.sf(statistic, len(expected) - 1)
@@ -30,7 +30,7 @@ def assert_distributed(observed: np.ndarray, expected: np.ndarray) -> None:
 
 
 def assert_uniform(samples: np.ndarray, bins: int) -> None:
-    """Chi-squared test that the rows of (n, d) samples are uniform in the unit cube, in bins^d cells."""
+    """Chi-squared test, in bins^d cells, that samples (n, d) are uniform in the unit cube."""
     assert samples.min() >= 0
     assert samples.max() <= 1
     counts, _ = np.histogramdd(samples, bins=[np.linspace(0, 1, bins + 1)] * samples.shape[1])
@@ -38,9 +38,9 @@ def assert_uniform(samples: np.ndarray, bins: int) -> None:
 
 
 def assert_means(mean: np.ndarray, variance: np.ndarray, truth: np.ndarray | float) -> None:
-    """z-test of independent means (of many samples each) against the truth, together.
+    """z-test of all means together against the truth. Means are independent, each over many samples.
 
-    Detects, nine times in ten, a bias of `detectable(...)` in a single value.
+    A bias of `detectable(variance)` in one value is detected nine times in ten.
     """
     mean, variance, truth = np.broadcast_arrays(np.asarray(mean, float), variance, truth)
     assert (variance > 0).all(), "a mean without spread: compare it directly"
@@ -53,7 +53,7 @@ def assert_means(mean: np.ndarray, variance: np.ndarray, truth: np.ndarray | flo
 
 
 def detectable(variance: np.ndarray) -> np.ndarray:
-    """The bias of each mean that `assert_means` finds nine times in ten."""
+    """The bias that `assert_means` detects nine times in ten, for each mean."""
     return (_limit(np.size(variance)) + stats.norm.isf(0.1)) * np.sqrt(variance)
 
 
@@ -69,7 +69,7 @@ def hemisphere_counts(directions: np.ndarray, rows: int, columns: int) -> np.nda
 
 
 def hemisphere_masses(pdf: Callable[[np.ndarray], np.ndarray], rows: int, columns: int) -> np.ndarray:
-    """The integral of a pdf per solid angle over each of those parts, by Gauss-Legendre quadrature."""
+    """The integral of a pdf per solid angle over each part that `hemisphere` counts, by Gauss-Legendre quadrature."""
     z = _nodes(rows, 1.0)
     phi = _nodes(columns, 2 * np.pi)
     z, phi = np.broadcast_arrays(z[:, None], phi[None, :])
@@ -86,14 +86,14 @@ def _nodes(parts: int, length: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Independent means of many samples each, estimates of their variances, and the degrees of freedom of those; arrays of one shape."""
+    """Independent means, the estimated variance of each mean, and the degrees of freedom of each estimate: arrays of one shape."""
 
     mean: np.ndarray
     variance: np.ndarray
     freedom: np.ndarray
 
     def channels(self, count: int) -> "Estimate":
-        """The first so many along the last axis."""
+        """The first `count` along the last axis."""
         return Estimate(*(array[..., :count] for array in (self.mean, self.variance, self.freedom)))
 
     def joined(self, other: "Estimate") -> "Estimate":
@@ -103,7 +103,7 @@ class Estimate:
 
 
 def pooled(image: Estimate, group: np.ndarray) -> Estimate:
-    """Means of groups of an image's pixels, (groups, channels), where (pixels,) `group` numbers them; freedom after Satterthwaite."""
+    """Means (groups, channels) over pixels with the same number in `group` (pixels,). Degrees of freedom after Satterthwaite."""
     count = np.bincount(group)[:, None]
 
     def total(array: np.ndarray) -> np.ndarray:
@@ -115,7 +115,7 @@ def pooled(image: Estimate, group: np.ndarray) -> Estimate:
 
 
 def assert_same(ours: Estimate, theirs: Estimate) -> None:
-    """Welch's t-test that two sets of means, (N, channels) with the whole image last, are equal, all together."""
+    """Welch's t-test that two sets of means (N, channels) are equal, all together. The last row is the whole image."""
     error, freedom = _welch(ours, theirs)
     t = (ours.mean - theirs.mean) / error
     p = 2 * stats.t.sf(np.abs(t), freedom) * t.size
@@ -130,15 +130,15 @@ def assert_same(ours: Estimate, theirs: Estimate) -> None:
 
 
 def detectable_difference(ours: Estimate, theirs: Estimate) -> np.ndarray:
-    """The difference of each pair of means that `assert_same` finds nine times in ten."""
+    """The difference that `assert_same` detects nine times in ten, for each pair of means."""
     error, freedom = _welch(ours, theirs)
     return (stats.t.isf(ALARM / 2 / error.size, freedom) + stats.norm.isf(0.1)) * error
 
 
 def _welch(ours: Estimate, theirs: Estimate) -> tuple[np.ndarray, np.ndarray]:
-    """Standard error of the difference, which has a bit for rounding, and its degrees of freedom."""
+    """(standard error of the difference, degrees of freedom). The error includes ROUNDING."""
     variance = ours.variance + theirs.variance
     doubt = ours.variance**2 / np.maximum(ours.freedom, 1) + theirs.variance**2 / np.maximum(theirs.freedom, 1)
     freedom = np.maximum(variance**2 / np.maximum(doubt, TINY), 1)
-    scale = np.maximum(np.abs(theirs.mean), np.abs(theirs.mean[-1]))  # what is dark has been computed from what is bright
+    scale = np.maximum(np.abs(theirs.mean), np.abs(theirs.mean[-1]))  # rounding errors of bright pixels reach dark ones
     return np.sqrt(variance + (ROUNDING * np.maximum(scale, ROUNDING)) ** 2), freedom

@@ -1,4 +1,4 @@
-"""A scene that has a lamp of each kind, a sky that varies, and reflection and transmission of each kind; small, and nothing too bright."""
+"""A small scene with each kind of lamp, reflection and transmission, under a sky that varies. Nothing in it is very bright."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def facing(position: tuple[float, float, float], target: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Matrix:
-    """The frame of a lamp that shines towards a target, as a camera would look at it."""
+    """The matrix of a lamp at `position` that shines towards `target`."""
     return scenes.look(position, target, 40, 1, 1).to_world
 
 
@@ -26,7 +26,7 @@ def bright_side(strength: float) -> Shader:
     return Shader("sky", code, (Closure("emission", 1.0, {"color": WHITE, "strength": Node(4)}),))
 
 
-# Wide enough for rays to find by chance, except the last two, which only next-event estimation can find.
+# Rays hit these by chance, except the last two: only next-event estimation finds them.
 LAMPS = (
     Lamp("ball", "point", facing((-1.2, -0.4, 1.0)), (1.0, 0.4, 0.2), radius=0.35, soft=False),
     Lamp("disc", "point", facing((1.3, 0.5, 1.2)), (0.2, 0.5, 1.0), radius=0.3),

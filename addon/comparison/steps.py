@@ -11,6 +11,7 @@ from blender_rl_guiding import messages
 from blender_rl_guiding.children import running
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.leftovers import temporary_folder
+from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.typed import MalformedError
@@ -47,7 +48,7 @@ def working(python: Path, scene: SceneData, job: JobOn, patience: float, cycles:
             if event["event"] == "status":
                 status = Status(event["text"], event["share"])
             elif event["event"] == "pass":
-                status = Status(f"Sample {event['samples']}/{event['of']}", event["samples"] / event["of"])
+                status = Status(f"Sample {event['samples']}/{event['of']}", Pace(event["seconds"], event["left"]).share)
             elif event["event"] == "note":
                 notes.append(event["text"])
                 yield status._replace(note=event["text"])

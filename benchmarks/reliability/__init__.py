@@ -1,1 +1,1 @@
-"""Attacks on the program as commands: `./build.sh reliability NAME`. Each says how often it tried, and what it found."""
+"""Attacks on the program: `./build.sh reliability NAME`. Each tells its number of tries and its findings."""

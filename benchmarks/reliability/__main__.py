@@ -23,11 +23,11 @@ Outcomes = Iterator[Outcome]
 
 
 class Campaign(NamedTuple):
-    """What can be run, and how often if nothing else is said."""
+    """A campaign, with its default count."""
 
     about: str
     times: int
-    fuzzed: bool = False  # whether it is a `trying.Trial` in processes of its own, or its module has `outcomes`
+    fuzzed: bool = False  # True: a `trying.Trial`, run by `fuzzing` in child processes. False: its module has `outcomes`
 
 
 CAMPAIGNS = {
@@ -49,7 +49,7 @@ GROUPS = {"fuzz": [name for name, campaign in CAMPAIGNS.items() if campaign.fuzz
 
 
 def begun(name: str, ledger: Ledger, options: argparse.Namespace) -> Outcomes:
-    """The outcomes that are still to come."""
+    """The outcomes of the remaining steps."""
     own: dict[str, Any] = {"bounds": options.bounds}
     if name == "renders":
         own |= {"every": 1, "gentle": True}
@@ -90,13 +90,13 @@ def perform(name: str, options: argparse.Namespace, console: Console) -> Ledger:
 
 
 def of_module(name: str, function: str, ledger: Ledger, nothing: Any) -> Any:
-    """What a campaign makes of all its outcomes, if it makes anything: `figures` by name, or as `verdict` a finding, or ""."""
+    """Call `figures` or `verdict` of a campaign's module on all its outcomes; `nothing` if the module lacks it."""
     of: Callable[..., Any] | None = None if CAMPAIGNS[name].fuzzed else getattr(import_module(f"{__package__}.{name}"), function, None)
     return of(ledger.rows) if of else nothing
 
 
 def once(name: str, step: int, options: argparse.Namespace, console: Console) -> int:
-    """Try one step again, which leaves the ledger alone; a finding's input is kept in `out`/NAME-again."""
+    """Do one step again, without touching the ledger. `out`/NAME-again keeps the input of a finding."""
     options.count, folder = step + 1, options.out / f"{name}-again"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -112,7 +112,7 @@ def once(name: str, step: int, options: argparse.Namespace, console: Console) ->
 
 
 def table(ledgers: dict[str, Ledger]) -> Table:
-    """What the campaigns came to."""
+    """The results of the campaigns."""
     made = Table("campaign", "tried", "how they ended", "longest, s", "findings", title="Reliability")
     for name, ledger in ledgers.items():
         told = {
@@ -135,7 +135,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="build.sh reliability", description=__doc__)
     names = [*CAMPAIGNS, *GROUPS]
     parser.add_argument("names", nargs="+", metavar="NAME", choices=names, help=f"{', '.join(names)}")
-    parser.add_argument("--count", type=int, default=0, metavar="N", help="how often; the worker's are minutes (default: each its own)")
+    parser.add_argument("--count", type=int, default=0, metavar="N", help="number of tries; of `worker`, minutes (default: its own)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, metavar="STEP", help="do one step again")
     parser.add_argument("--bounds", action="store_true", help="have kernels check every index (NUMBA_BOUNDSCHECK=1); compiles anew")

@@ -1,4 +1,4 @@
-"""Eight guides and encoders: the same bits whatever the threads, batches, jobs, and kills on the way."""
+"""Eight guides and encoders: the bits do not depend on threads, batches, jobs or kills."""
 
 import hashlib
 import json
@@ -44,7 +44,7 @@ GUIDES = {
 
 
 def outcomes(steps: range, seed: int, folder: Path, size: int = SIZE, kills: int = KILLS) -> Iterator[Outcome]:
-    """One for each guide, by turns."""
+    """One outcome for each guide, in turns."""
     shutil.rmtree(folder, ignore_errors=True)
     guard = Guard(folder)
     bundle, names = scenes.saved(guard.root, size), list(GUIDES)
@@ -62,12 +62,12 @@ def outcomes(steps: range, seed: int, folder: Path, size: int = SIZE, kills: int
 
 
 def figures(rows: list[dict[str, float]]) -> dict[str, float]:
-    """How many images were compared."""
+    """The number of images compared."""
     return {"renders": float(sum(row["renders"] for row in rows))}
 
 
 def _of_threads(bundle: Path, settings: Render) -> int:
-    """Threads and batches, in this process."""
+    """Compare all numbers of threads and batches, in this process. Returns the number of renders."""
     scene, bits = load(bundle), {}
     for threads in THREADS:
         for batch in BATCHES:
@@ -80,7 +80,7 @@ def _of_threads(bundle: Path, settings: Render) -> int:
 
 
 def _of_jobs(bundle: Path, settings: Render, folder: Path) -> int:
-    """One run at a time, and two."""
+    """Compare one run at a time with two. Returns the number of renders."""
     for jobs in (1, 2):
         if failed := compared(bundle, folder / f"jobs-{jobs}", jobs, methods={"method": settings}, seeds=2):
             raise FoundError(f"lost: {failed} of the runs failed, {jobs} at a time")
@@ -90,7 +90,7 @@ def _of_jobs(bundle: Path, settings: Render, folder: Path) -> int:
 
 
 def _of_kills(bundle: Path, settings: Render, guard: Guard, rng: random.Random, kills: int) -> int:
-    """Killed some times while it renders, and continued."""
+    """Kill a render `kills` times, then let it end. Compare it with one never killed."""
     if not kills:
         return 0
     path = guard.work / "settings.json"

@@ -1,4 +1,4 @@
-"""Damaged bundles: through the loader, through what compiles them, and a share of them through a render."""
+"""Damaged bundles go through the loader and through the stage that is built of them; some are rendered."""
 
 import json
 import random
@@ -11,12 +11,12 @@ import numpy as np
 from blender_rl_guiding.scene.bundle import load, save
 from blender_rl_guiding.settings import BSDF, Machine, QTable, Render, Uniform
 
-from . import mutations, scenes
+from . import mutations, npz, scenes
 from .guard import Guard
 from .ledger import FoundError
 
-PIXELS = 64 * 64  # at most; what is larger is rendered small
-MOST = 64  # bounces at most of what is rendered, so that none takes minutes
+PIXELS = 64 * 64  # largest image that is rendered in its own size
+MOST = 64  # bounce limit of what is rendered, so that none takes minutes
 METHODS = (
     *(Render(spp=2, nee=nee, guide=guide) for nee in (True, False) for guide in (BSDF(), QTable(cells=4, recorded=500))),
     Render(spp=2, guide=Uniform()),
@@ -25,7 +25,7 @@ METHODS = (
 
 
 class Fuzz:
-    """See `trying.Trial`. One in `every` that is accepted is rendered; 0 renders none, `rendered` asks for more valid ones."""
+    """See `trying.Trial`. `every`: render each n-th accepted bundle, 0 for none. `gentle`: damage in ways that are often accepted."""
 
     def __init__(self, guard: Guard, every: int = 0, gentle: bool = False) -> None:
         self._every, self._gentle, self._accepted = every, gentle, 0
@@ -59,7 +59,7 @@ class Fuzz:
         return "rendered", ""
 
     def _compile(self, path: Path) -> None:
-        """All that is needed later, so that no input is taken for one that hangs."""
+        """Compile all kernels that inputs need; otherwise a slow first input would count as hanging."""
         from blender_rl_guiding.render import render
         from blender_rl_guiding.render.stage import build_stage
 
@@ -68,7 +68,7 @@ class Fuzz:
             render(load(path), method, Machine(threads=2))
 
     def _damaged(self, rng: random.Random) -> bytes:
-        """A bundle of which one thing is wrong, or two; if `gentle`, numbers of the header or elements of arrays, which often pass."""
+        """A bundle with one or two faults. If `gentle`, other numbers in the header or other elements of arrays: these often pass."""
         arrays, header = dict(self._arrays), self._header
         kind = (
             rng.choice(("number", "number", "element"))
@@ -92,13 +92,13 @@ class Fuzz:
                 elif rng.random() < 0.1:
                     del arrays[name]
                 else:
-                    arrays[name] = mutations.damaged_array(arrays[name], rng)
+                    arrays[name] = npz.damaged_array(arrays[name], rng)
         said = mutations.text(header, rng) if kind == "header" else json.dumps(header)
         arrays["header"] = np.array(said.encode("utf-8", "replace").decode("utf-8", "replace") if rng.random() < 0.99 else [said])
-        return mutations.archive(arrays, rng if kind == "zip" else None)
+        return npz.archive(arrays, rng if kind == "zip" else None)
 
     def _element(self, arrays: dict[str, Any], rng: random.Random) -> None:
-        """One element of an array becomes another of the same array, or a bit of it changes."""
+        """Replace one element of an array by another of the same array, or turn one of its bits."""
         name = rng.choice([name for name, array in arrays.items() if array.size])
         flat = np.array(arrays[name])
         k = rng.randrange(flat.size)

@@ -1,4 +1,4 @@
-"""Damaged caches: what is doubtful is made again, with the bits of what was there."""
+"""Damaged caches: a damaged entry is made again, with the bits of the sound one."""
 
 import json
 import os
@@ -23,7 +23,7 @@ from .ledger import FoundError
 
 SPP = 256  # two blocks
 PIXEL = (4, 6)
-KERNELS = 0.1  # share of inputs that are compiled kernels: each costs a process, and may cost a minute
+KERNELS = 0.1  # share of inputs that are compiled kernels: each starts a process, which may compile for a minute
 RENDERS = """
 import hashlib, sys
 from pathlib import Path
@@ -97,7 +97,7 @@ class Fuzz:
         return "kernels", ""
 
     def _rendered(self, cache: Path) -> str:
-        """The SHA-256 of an image by a process of its own; or how it ended, with its last line."""
+        """The SHA-256 of an image rendered by a child process. If it fails: its status and last line."""
         environment = os.environ | {"XDG_CACHE_HOME": str(cache)}
         done = subprocess.run(
             [sys.executable, "-c", RENDERS, str(self._bundle)], env=environment, capture_output=True, text=True, errors="replace"
@@ -106,7 +106,7 @@ class Fuzz:
 
 
 def damage_file(path: Path, rng: random.Random, others: list[Path]) -> str:
-    """Damage a file; returns how."""
+    """Damage a file. Returns the way."""
     how = rng.choice(("bytes", "bytes", "bytes", "other", "empty", "folder", "loop"))
     if how == "bytes":
         path.write_bytes(mutations.damaged_bytes(path.read_bytes(), rng))

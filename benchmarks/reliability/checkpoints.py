@@ -1,4 +1,4 @@
-"""Damaged checkpoints: a render goes on from them to the same bits, begins anew, or says one line."""
+"""Damaged checkpoints: a render goes on to the same bits, begins anew, or fails with one line."""
 
 import io
 import random
@@ -10,7 +10,7 @@ import numpy as np
 
 from blender_rl_guiding.render import checkpoint
 
-from . import mutations, scenes
+from . import mutations, npz, scenes
 from .commands import GOES_ON, called, difference, digest, outcome_of
 from .guard import Guard
 from .ledger import FoundError
@@ -61,5 +61,5 @@ class Fuzz:
         arrays = dict(self._arrays)
         if kind == "arrays":
             name = rng.choice(list(arrays))
-            arrays[name] = mutations.damaged_array(arrays[name], rng)
-        return mutations.archive(arrays, rng if kind == "zip" else None)
+            arrays[name] = npz.damaged_array(arrays[name], rng)
+        return npz.archive(arrays, rng if kind == "zip" else None)

@@ -1,4 +1,4 @@
-"""`rlg` as campaigns call it: in this process, or as one of its own that can be killed; and what its folders come to."""
+"""`rlg` for campaigns: in this process, or in a child process that can be killed; and digests of its folders."""
 
 import contextlib
 import csv
@@ -18,8 +18,8 @@ from blender_rl_guiding.images import read_exr
 from .guard import Guard
 from .ledger import ROOT, FoundError
 
-PATIENCE = 900.0  # seconds that anything is waited for; the slowest takes 60
-GOES_ON = "goes on from"  # what a render says that begins with a checkpoint
+PATIENCE = 900.0  # time limit of each wait in seconds; the slowest takes 60
+GOES_ON = "goes on from"  # a part of the line of a render that starts from a checkpoint
 TIMES = {
     "seconds",
     "learn_seconds",
@@ -28,15 +28,15 @@ TIMES = {
     "machine",
     "command",
     "sha256",
-}  # keys of what a clock or a machine decides, and of checksums of that
-SMALL = (  # a network that learns in no time
+}  # keys of values that depend on the clock or the machine, and of checksums of these
+SMALL = (  # a network that learns quickly
     *("--dqn.layers", "2", "--dqn.width", "8", "--dqn.rows", "3", "--dqn.columns", "4", "--dqn.cells", "4"),
     *("--dqn.learning-starts", "64", "--dqn.batch", "64", "--dqn.first-steps", "4", "--dqn.steps", "2"),
 )
 
 
 def called(*arguments: object) -> tuple[int, str]:
-    """`rlg` with arguments, in this process; its status and what it said on stderr."""
+    """Run `rlg` with arguments in this process. Returns (status, stderr)."""
     from blender_rl_guiding.doors import cli
 
     with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.redirect_stdout(io.StringIO()):
@@ -57,14 +57,14 @@ def knows(flag: str) -> bool:
     return flag in said.getvalue()
 
 
-# `rlg`, whose checkpoints may follow each other as fast as they can be written.
+# `rlg` without the least time between two checkpoints.
 _PROGRAM = "import sys; from blender_rl_guiding.render import checkpoint; from blender_rl_guiding.doors.cli import main; " + (
     "checkpoint.SHARE = 0; sys.exit(main())"
 )
 
 
 class Process:
-    """`rlg` with arguments as a process, and a session, of its own; what it says goes into a file. Use as a context manager."""
+    """`rlg` with arguments in a child process with its own session; stderr goes into a file. A context manager."""
 
     def __init__(self, guard: Guard, *arguments: object) -> None:
         self._words = guard.root / f"words-{time.monotonic_ns()}"
@@ -84,7 +84,7 @@ class Process:
 
     @property
     def said(self) -> str:
-        """What it has said on stderr so far."""
+        """Its stderr so far."""
         return self._words.read_text(encoding="utf-8", errors="replace")
 
     @property
@@ -92,26 +92,29 @@ class Process:
         return self._process.poll() is not None
 
     def wait(self, seconds: float = PATIENCE) -> int | None:
-        """Its status; None if it has not ended after so many seconds."""
+        """Its status, or None if it still runs after `seconds`."""
         try:
             return self._process.wait(seconds)
         except subprocess.TimeoutExpired:
             return None
 
     def wait_for_another(self, file: Path) -> None:
-        """Until it has written a file anew, or has ended."""
+        """Wait until it writes a file anew, or ends."""
         before, end = _stamp(file), time.monotonic() + PATIENCE
         while _stamp(file) in (before, None) and not self.done and time.monotonic() < end:
             time.sleep(0.005)
 
     def kill(self, group: bool) -> None:
-        """SIGKILL to it alone, or to all that it has started, too."""
+        """Send SIGKILL to it, and with `group` to all processes of its session."""
         with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL) if group else self._process.kill()
+            if group:
+                os.killpg(self._process.pid, signal.SIGKILL)
+            else:
+                self._process.kill()
         self._process.wait()
 
     def orphans(self, seconds: float = 30.0) -> list[str]:
-        """What of its session is still alive after so many seconds, at most."""
+        """The processes of its session that are still alive after at most `seconds`."""
         end = time.monotonic() + seconds
         while (left := _session(self._process.pid)) and time.monotonic() < end:
             time.sleep(0.05)
@@ -139,7 +142,7 @@ def _session(leader: int) -> list[str]:
 
 
 def outcome_of(status: int, said: str) -> tuple[str, str]:
-    """A result in a word, and the last line of stderr: the error, if it is one. FoundError on any other status, or a traceback."""
+    """(result in a word, last line of stderr). FoundError on a traceback, or on a status other than success and refusal."""
     lines = said.strip().splitlines()
     if "Traceback" in said:
         raise FoundError(f"traceback: {lines[-1]}")
@@ -149,9 +152,9 @@ def outcome_of(status: int, said: str) -> tuple[str, str]:
 
 
 def digest(folder: Path) -> dict[str, Any]:
-    """What a folder's files say, by their names: pixels, numbers and tables without times. ValueError on a file that is not whole.
+    """The contents of a folder's files by name: pixels, numbers and tables without times. ValueError if a file is not whole.
 
-    Pages and pictures of diagrams, which show times, are there or not.
+    Of other files only whether they are empty: pages and diagrams show times.
     """
     found: dict[str, Any] = {}
     for path in sorted(folder.rglob("*")):
@@ -173,7 +176,7 @@ def digest(folder: Path) -> dict[str, Any]:
 
 
 def difference(ours: dict[str, Any], theirs: dict[str, Any]) -> str:
-    """The first file that is not the same, in a few words; empty if all are."""
+    """The first file that differs, in a few words, or ""."""
     for name in sorted(ours.keys() | theirs.keys()):
         if ours.get(name) != theirs.get(name):
             return f"{name} is missing" if name not in ours else f"{name} is too many" if name not in theirs else f"{name} differs"
@@ -181,7 +184,7 @@ def difference(ours: dict[str, Any], theirs: dict[str, Any]) -> str:
 
 
 def leftovers(*folders: Path) -> list[str]:
-    """Files that a command should have taken away."""
+    """Files that a command should have removed."""
     return [str(path.relative_to(folder)) for folder in folders for path in folder.rglob("*") if _is_left(path)]
 
 

@@ -1,6 +1,6 @@
-"""A full disk at the writes of commands: one line, status 2, nothing half-written; with space again, all is as if it had never been full.
+"""A full disk when commands write: one line, status 2, no file half-written. With space again, results are those of a disk with space.
 
-As root on a small file system in memory, else under a limit on the size of files (RLIMIT_FSIZE), which every write meets, too.
+Root uses a small file system in memory. Other users use a limit on the size of files, RLIMIT_FSIZE: each write meets it, too.
 """
 
 import os
@@ -29,11 +29,11 @@ COMMANDS: dict[str, tuple[object, ...]] = {
     "report": ("report",),
     "export": ("export",),
 }
-TURNS = (*("render", "compare", "report") * 5, "export")  # which starts Blender: seldom
+TURNS = (*("render", "compare", "report") * 5, "export")  # export starts Blender, so it is rare
 
 
 class Command:
-    """One of them, and what it makes where there is space."""
+    """A command, and its results on a disk with space."""
 
     def __init__(self, name: str, guard: Guard, folder: Path, prepare: Callable[[Path], None]) -> None:
         self._name, self._guard, self._prepare = name, guard, prepare
@@ -47,7 +47,7 @@ class Command:
         self.sizes, self.whole = sorted(set(files)), sum(-(-size // PAGE) * PAGE for size in files)
 
     def try_full(self, out: Path, rng: random.Random, mounted: bool) -> str:
-        """Run it where there is not enough space, and again where there is; whether it was "full", or "fitted"."""
+        """Run it without enough space, and again with space. Returns "full", or "fitted" if the space sufficed."""
         if mounted:
             pages = rng.randrange(1, self.whole // PAGE + 8)
             with _mounted(out, pages * PAGE):
@@ -73,7 +73,7 @@ class Command:
             raise FoundError(f"leftover: {left[0]} of {self._name}")
         try:
             _digest(out)
-        except Exception as broken:  # of any kind: a file cannot be read
+        except Exception as broken:  # any exception means that a file cannot be read
             raise FoundError(f"half: {self._name} has left a broken file, {broken}") from broken
         self._check_status(self._run(out), 0)
         if wrong := difference(_digest(out), self._clean):
@@ -96,7 +96,7 @@ class Command:
 
 
 def outcomes(steps: range, seed: int, folder: Path, turns: tuple[str, ...] = TURNS) -> Iterator[Outcome]:
-    """One for each command on a full disk, by turns."""
+    """One outcome for each command on a full disk, in turns."""
     shutil.rmtree(folder, ignore_errors=True)
     guard = Guard(folder)
     saved(guard.root, SIZE)
@@ -104,7 +104,7 @@ def outcomes(steps: range, seed: int, folder: Path, turns: tuple[str, ...] = TUR
     mounts = can_mount(guard.root / "mounted")
 
     def prepare(out: Path) -> None:
-        """Runs that a report can be made of."""
+        """Fill a folder with finished runs, for a report."""
         if "compare" not in commands:
             commands["compare"] = Command("compare", guard, guard.root, prepare)
         shutil.copytree(guard.root / "whole-compare", out)
@@ -151,5 +151,5 @@ def _limit(size: int) -> None:
 
 
 def _digest(folder: Path) -> dict[str, Any]:
-    """See `commands.digest`; bundles by their keys."""
+    """`commands.digest`, with the keys of bundles."""
     return digest(folder) | {path.name: load(path).key for path in folder.glob("*.npz")}

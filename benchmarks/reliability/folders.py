@@ -1,4 +1,4 @@
-"""Damaged folders of results: report, hand-over and resume take them or say one line, and write nothing outside."""
+"""Damaged folders of results: report, hand-over and resume accept them or fail with one line, and write nothing outside."""
 
 import json
 import random
@@ -28,9 +28,6 @@ METHODS = {"bsdf": Render(spp=2), "qtable": Render(spp=2, guide=QTable(cells=4, 
 class Silent:
     """Progress that nobody sees."""
 
-    def note(self, text: str) -> None:
-        """A line that stays."""
-
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
         """A bar for the length of the block."""
@@ -44,12 +41,12 @@ def experiment(bundle: Path, folder: Path, methods: dict[str, Render] = METHODS,
 
 
 def compared(bundle: Path, folder: Path, jobs: int = 1, **values: Any) -> int:
-    """Bring such a comparison's folder up to date; returns how many runs failed."""
+    """Do the missing runs of a comparison. Returns the number of runs that failed."""
     return run([experiment(bundle, folder, **values)], Machine(threads=2), jobs, Silent())
 
 
 def reported(folder: Path) -> dict[str, Any]:
-    """Write the report; returns what a comparison hands over."""
+    """Write the report. Returns the hand-over to the add-on."""
     return handover.handed_over(report.write(folder))
 
 
@@ -79,9 +76,9 @@ class Fuzz:
         return "accepted", ""
 
     def _resumed(self, copy: Path, damage: list[str]) -> tuple[str, str]:
-        """The comparison goes on from a damaged folder, and ends in the numbers of one that was never damaged.
+        """Resume the comparison in a damaged folder. It ends in the numbers of the sound one.
 
-        A folder in the place of a file is nobody's to remove: the run fails with a line.
+        No command removes a folder in the place of a file: there the run fails with a line.
         """
         failed = compared(self._bundle, copy)
         if failed and any(said.endswith(": folder") for said in damage):
@@ -96,7 +93,7 @@ class Fuzz:
         return "resumed", ""
 
     def _damage(self, copy: Path, rng: random.Random) -> str:
-        """One file is damaged, gone, of another kind, another's, or a link that leads out."""
+        """Damage a file: other values or bytes, no file, a link, a folder, or another file. Returns what was done."""
         there = sorted(path for path in copy.rglob("*") if path.is_file() and not path.is_symlink())
         read = [path for path in there if path.suffix in (".json", ".exr")]
         path = rng.choice(read if rng.random() < 0.8 else there)
@@ -126,13 +123,13 @@ class Fuzz:
 
 
 def _lead_out(copy: Path, rng: random.Random) -> str:
-    """The scene or a method gets a name that leads out of the folder, where there is such a scene; and out of `figures`."""
+    """Give the scene or a method a name that leads out of the folder and out of `figures`, and make the target. Returns what was done."""
     path = copy / "experiment.json"
     plan = json.loads(path.read_text(encoding="utf-8"))
     kind, (scene, *_) = rng.choice(("scenes", "methods")), plan["scenes"]
     old = plan[kind][0]
     where = copy if kind == "scenes" else copy / scene
-    up = "../" * rng.choice((1, 2) if kind == "scenes" else (1, 2, 3))  # to places where the campaign itself may write
+    up = "../" * rng.choice((1, 2) if kind == "scenes" else (1, 2, 3))  # the targets are where the campaign may write
     name = rng.choice((f"a/../{up}x", f"{up}x", str(copy.parent / "x")))
     (where / "a").mkdir()
     shutil.copytree(where / old, where / name, dirs_exist_ok=True)

@@ -1,4 +1,4 @@
-"""The parent of processes in which damaged inputs are tried: sees crashes and hangs, keeps what was found, and starts the next."""
+"""Runs `trying` in child processes: notices crashes and hangs, keeps the inputs of findings, and starts the next child."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from .trying import LIMIT
 
 
 def outcomes(kind: str, seed: int, first: int, end: int, folder: Path, options: dict[str, Any]) -> Iterator[Outcome]:
-    """Those of the steps from `first` to `end`, in order. What was found lies in `folder`/STEP."""
+    """The outcomes of steps `first` to `end`, in order. `folder`/STEP keeps the input of a finding."""
     bounds = options.pop("bounds", False)
     own = {"kernels": str(folder / "kernels-with-bounds")} if bounds else {}
     guard = Guard(folder / f"surrounding-{kind}", Path(own["kernels"]) if bounds else None)
@@ -39,11 +39,14 @@ def outcomes(kind: str, seed: int, first: int, end: int, folder: Path, options: 
                     keep(folder, guard, outcome)
                     yield outcome
             finally:
-                child.kill() if sys.exc_info()[0] else child.wait()
+                if sys.exc_info()[0]:
+                    child.kill()
+                else:
+                    child.wait()
         if first < end:
             died = Outcome(first, "broken", finding=_death(child.wait(), words), seconds=0.0)
             if not guard.work.joinpath(str(first)).exists():
-                raise InputError(f"{kind}: {died.finding}")  # before it tried anything: the campaign itself is broken
+                raise InputError(f"{kind}: {died.finding}")  # it died before the first input: the campaign itself is broken
             keep(folder, guard, died)
             first += 1
             yield died

@@ -1,4 +1,4 @@
-"""A surrounding in which writes elsewhere are noticed: canaries beside the folder of work, and every path that Python opens to write."""
+"""Surroundings that notice writes elsewhere: by canaries beside the folder of work, and by each path that Python opens to write."""
 
 import os
 import shutil
@@ -20,22 +20,22 @@ _PATHS = (
 _FOLLOWS = ("os.chmod", "os.chown")
 _PAIRS = ("os.rename", "os.link", "os.symlink", "shutil.move", "shutil.copyfile")
 _STARTS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "socket.connect", "webbrowser.open")
-_HARMLESS = ("fc-list", "/sbin/ldconfig")  # libraries look for fonts and for others, once
+_HARMLESS = ("fc-list", "/sbin/ldconfig")  # libraries call these once, to look for fonts and libraries
 
-_active: "list[tuple[Guard, list[str]]]" = []  # an audit hook stays for ever: it looks here whether anybody wants to know
+_active: "list[tuple[Guard, list[str]]]" = []  # guards that watch now: an audit hook cannot be removed, so it looks here
 _hooked = False
 
 
 class Guard:
-    """The folder `work` in a surrounding `root` of its own, with a home, a cache and a place for temporary files."""
+    """The folder `work` below `root`, beside a home, a cache and a folder for temporary files."""
 
     def __init__(self, root: Path, kernels: Path | None = None) -> None:
-        """`kernels` are those that are compiled already; None takes the user's."""
+        """`kernels` is the folder of compiled kernels; None for the user's."""
         self.root = root.resolve()
         self.work, self.home, self.cache, self.tmp = (self.root / name for name in ("work", "home", "cache", "tmp"))
-        self.place = self.work  # what may be written to; narrower where a trial knows better
+        self.place = self.work  # the program may write here; a trial can set a smaller place
         user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute()
-        self._fonts = Path(os.environ.get("MPLCONFIGDIR") or user / "matplotlib")  # whose list takes long to make
+        self._fonts = Path(os.environ.get("MPLCONFIGDIR") or user / "matplotlib")  # making its list of fonts takes long
         self.kernels = (kernels or user / "blender_rl_guiding" / "kernels").resolve()
         for folder in (self.work, self.home, self.cache / "blender_rl_guiding", self.tmp, self.root / "canary", self.kernels):
             folder.mkdir(parents=True, exist_ok=True)
@@ -47,13 +47,13 @@ class Guard:
 
     @property
     def environment(self) -> dict[str, str]:
-        """What processes in here have to be started with."""
+        """Variables for child processes."""
         places = {"HOME": self.home, "XDG_CACHE_HOME": self.cache, "TMPDIR": self.tmp, "MPLCONFIGDIR": self._fonts}
         return {name: str(path) for name, path in places.items()}
 
     @property
     def ways_out(self) -> tuple[str, ...]:
-        """Names that lead out of the folder of a step, which is in `work`."""
+        """Names that lead out of the folder of a step, `work`/STEP."""
         out = self.root / "canary"
         return str(out), f"{out}/reference", "../../canary", "../../canary/reference.exr", f"link/{out.name}", "link", "a/../../../canary"
 
@@ -66,7 +66,7 @@ class Guard:
 
     @contextmanager
     def watching(self) -> Iterator[list[str]]:
-        """Yields what was written elsewhere, or started, in the block; complete at its end."""
+        """Yields a list of what the block writes elsewhere or starts. It is complete after the block."""
         global _hooked  # there is one interpreter
         if not _hooked:
             sys.addaudithook(_hook)
@@ -84,7 +84,7 @@ class Guard:
 
     @contextmanager
     def here(self) -> Iterator[None]:
-        """A block in which this process has the home, the cache and the temporary files."""
+        """In the block, this process uses the guard's home, cache and temporary files."""
         before = dict(os.environ)
         os.environ.update(self.environment)
         try:
@@ -95,7 +95,7 @@ class Guard:
 
     @contextmanager
     def unwatched(self) -> Iterator[None]:
-        """A block in which the campaign itself does what would be a finding."""
+        """In the block nothing is a finding: the campaign itself acts."""
         before, _active[:] = list(_active), []
         try:
             yield
@@ -103,9 +103,9 @@ class Guard:
             _active[:] = before
 
     def allows(self, path: Any, followed: bool = False) -> bool:
-        """Whether a path may be written to: below the places that are the program's own.
+        """Whether the program may write to a path: those below its own folders.
 
-        `followed`: what is done reaches the file that the path leads to, where the path itself is a link.
+        `followed`: if the path is a link, the action reaches its target.
         """
         if isinstance(path, int) or path is None:
             return True
@@ -115,7 +115,7 @@ class Guard:
         return f"{real}{os.sep}".startswith((*(f"{folder}{os.sep}" for folder in own), "/dev/", "/proc/")) or "__pycache__" in real
 
     def _listing(self) -> set[tuple[str, Any]]:
-        """All that lies around the folder of work, as far as it should stay."""
+        """The entries around the folder of work that must stay unchanged."""
         found = set()
         for folder in (self.root, self.home, self.root / "canary"):
             for entry in os.scandir(folder):
@@ -144,5 +144,5 @@ def _hook(event: str, arguments: Any) -> None:
 
 
 def _is_descriptor(value: Any) -> bool:
-    """Whether a folder was given as an open file: then the path before it is only a name in it."""
+    """Whether an argument is the descriptor of a folder: then the path is only a name in it."""
     return isinstance(value, int) and value >= 0

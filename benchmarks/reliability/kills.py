@@ -1,4 +1,4 @@
-"""Commands that are killed at random moments and started again: nothing that was finished is lost, and the bits are those of one run."""
+"""Commands that are killed at random moments and started again: finished runs are kept, and the bits are those of one run."""
 
 import os
 import random
@@ -16,13 +16,13 @@ from .guard import Guard
 from .ledger import FoundError, Outcome
 
 SIZE = 32  # pixels, both ways
-LATEST = 1.3  # of the usual time: some of them end before they are killed
-LATE = 0.8  # share of the kills of a render that wait for a checkpoint of it
+LATEST = 1.3  # latest kill as a share of the usual time: some end before
+LATE = 0.8  # share of a render's kills that wait for its checkpoint
 OFTEN = ("--checkpoint", 0.001)  # before each pass
 
 _COMPARE = ("--methods", "bsdf,qtable,dqn", "--spp", 6, "--seeds", 2, "--reference-spp", 256, "--qtable.cells", 4, *SMALL)
 _RENDER = ("--spp", 256, "--threads", 2)
-COMMANDS: dict[str, tuple[object, ...]] = {  # what follows the scene; the first word is the command
+COMMANDS: dict[str, tuple[object, ...]] = {  # the command, and its options behind the scene
     "compare": ("compare", *_COMPARE),
     "render a table": ("render", *_RENDER, "--guide", "qtable", "--qtable.cells", 8),
     "sweep": ("sweep", "--spp", 2, "--seeds", 2, "--reference-spp", 128, "--jobs", 2),
@@ -31,7 +31,7 @@ COMMANDS: dict[str, tuple[object, ...]] = {  # what follows the scene; the first
 
 
 class Victim:
-    """A command, what it makes when it is left alone, and a folder in which it is killed again and again."""
+    """A command, its results if never killed, and a folder where it is killed again and again."""
 
     def __init__(self, name: str, folder: Path, size: int = SIZE) -> None:
         shutil.rmtree(folder, ignore_errors=True)
@@ -40,12 +40,12 @@ class Victim:
         bundle = scenes.saved(self._guard.root, size, "a1")
         scene = ("slides-resolution", "--scenes", bundle.parent) if first == "sweep" else (bundle,)
         self._command = (first, *scene, *options, *(OFTEN if first == "render" else ()))
-        self._out, self.went_on = self._guard.work / "killed", 0  # how many starts went on from a checkpoint
+        self._out, self.went_on = self._guard.work / "killed", 0  # starts from a checkpoint
         self.usual, self._rendering, self._clean = self._undisturbed()
         self._anew()
 
     def attempt(self, rng: random.Random) -> bool:
-        """Start it and kill it, unless it ends before, which is checked; whether it was killed. FoundError tells what is wrong."""
+        """Start it and kill it. Returns False if it ended before; then its results are checked. FoundError if something is wrong."""
         late, group = self._command[0] == "render" and rng.random() < LATE, rng.random() < 0.5
         moment = rng.uniform(0, LATEST * (self._rendering if late else self.usual))
         with Process(self._guard, *self._command, "--out", self._out) as process:
@@ -62,12 +62,12 @@ class Victim:
         return True
 
     def finish(self) -> None:
-        """Let it come to its end."""
+        """Let it end, and check its results."""
         with Process(self._guard, *self._command, "--out", self._out) as process:
             self._check_end(process.wait(), process.said)
 
     def _undisturbed(self) -> tuple[float, float, dict[str, Any]]:
-        """The seconds that it takes, and of a render those after its first checkpoint; what it makes. All kernels are compiled before."""
+        """(its seconds, those after a render's first checkpoint, its results). All kernels are compiled before."""
         with self._guard.here():
             status, said = called(*self._command, "--out", self._guard.work / "warm")
         if status:
@@ -92,10 +92,11 @@ class Victim:
         shutil.rmtree(self._guard.cache / "blender_rl_guiding" / "references", ignore_errors=True)
 
     def _check_unchanged(self, said: str) -> None:
-        """What was finished before the start is as it was; and what is now."""
+        """Runs that were finished before the start are unchanged. Notes those that are finished now."""
         self._check_resumed(said)
         now = {}
-        for result in self._out.rglob("result.json") if self._command[0] != "render" else ():  # which renders whenever it is asked to
+        results = [] if self._command[0] == "render" else self._out.rglob("result.json")  # `render` renders again whenever asked to
+        for result in results:
             image = result.with_name("image.exr")
             read_exr(image)
             now[str(image)] = (image.stat().st_mtime_ns, image.stat().st_ino)
@@ -124,7 +125,7 @@ class Victim:
         self._anew()
 
     def begin_again(self) -> None:
-        """After a finding: another folder, so that each is found once."""
+        """Clear the folder after a finding, so that each is found once."""
         shutil.rmtree(self._guard.tmp)
         self._guard.tmp.mkdir()
         for left in self._guard.cache.rglob(".*"):
@@ -133,7 +134,7 @@ class Victim:
 
 
 def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tuple(COMMANDS), size: int = SIZE) -> Iterator[Outcome]:
-    """One for each kill, by turns; in the end each command comes to its own."""
+    """One outcome for each kill; commands take turns. The last steps let each command end."""
     victims: dict[str, Victim] = {}
     for step in steps:
         start, rng, name = time.monotonic(), random.Random(f"{seed} {step}"), names[step % len(names)]
@@ -157,13 +158,13 @@ def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tup
 
 
 def figures(rows: list[dict[str, float]]) -> dict[str, float]:
-    """How often a command came to its end, and was compared; kills of renders, and starts that went on from a checkpoint."""
+    """Numbers of: commands that ended and were compared, kills of renders, starts from a checkpoint."""
     names = {"ended": "compared", "renders": "kills of renders", "went on": "went on from a checkpoint"}
     return {told: float(sum(row.get(name, 0) for row in rows)) for name, told in names.items()}
 
 
 def verdict(rows: list[dict[str, float]]) -> str:
-    """A campaign in which renders were killed, but hardly ever had anything to go on from, has tried nothing."""
+    """A finding if too few killed renders started from a checkpoint: then the campaign has tried nothing."""
     told = figures(rows)
     killed, went_on = told["kills of renders"], told["went on from a checkpoint"]
     return (

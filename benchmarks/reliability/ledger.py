@@ -1,4 +1,4 @@
-"""The state of a campaign in a file, so that it goes on after an interrupt; and its table at the end."""
+"""The state of a campaign in a file: an interrupted campaign goes on from it."""
 
 import hashlib
 import json
@@ -18,7 +18,7 @@ SOURCES = ("addon", "benchmarks", "blender_rl_guiding")
 
 
 class FoundError(Exception):
-    """What a campaign looks for; the message begins with its kind: "difference: ..."."""
+    """A finding. The message begins with its kind: "difference: ..."."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class Outcome:
     """How one step of a campaign ended."""
 
     step: int
-    result: str  # in a word: "refused", "accepted", "rendered", "resumed"
-    said: str = ""  # the error's text where it was refused
-    finding: str = ""  # what is wrong, its kind first: "traceback: ..."; empty if nothing is
+    result: str  # a word: "refused", "accepted", "rendered", "resumed"
+    said: str = ""  # the error's text if refused
+    finding: str = ""  # the fault, its kind first: "traceback: ..."; empty if there is none
     seconds: float = 0.0
-    numbers: dict[str, float] = field(default_factory=dict)  # measured on the way
+    numbers: dict[str, float] = field(default_factory=dict)  # measures
 
 
 class Ledger:
@@ -43,7 +43,7 @@ class Ledger:
         self.results: Counter[str] = Counter()
         self.findings: list[dict[str, Any]] = []
         self.rows: list[dict[str, float]] = []
-        self.seen: set[str] = set()  # findings without numbers and names
+        self.seen: set[str] = set()  # findings, with numbers and names removed
         self._take_up()
 
     def add(self, outcome: Outcome, saved: str = "") -> None:
@@ -58,19 +58,19 @@ class Ledger:
             self.findings.append({"step": outcome.step, "finding": outcome.finding, "saved": saved})
 
     def conclude(self, finding: str) -> None:
-        """A finding of all outcomes together."""
+        """Add a finding of all outcomes together."""
         self.findings.append({"step": self.next, "finding": finding, "saved": ""})
         self.is_new(finding)
 
     def is_new(self, finding: str) -> bool:
-        """Whether there was none yet that differs in numbers and quoted names alone."""
+        """Whether no earlier finding differs from it in numbers and quoted names alone."""
         kind = re.sub(r"'[^']*'|\"[^\"]*\"|\d+", "#", finding)
         new = kind not in self.seen
         self.seen.add(kind)
         return new
 
     def write(self, **figures: Any) -> None:
-        """Keep what there is; `figures` are what the whole comes to."""
+        """Write the file. `figures` are those of all outcomes."""
         kinds = Counter(found["finding"].partition(":")[0] for found in self.findings)
         values = {
             "about": self.about,
@@ -100,7 +100,7 @@ class Ledger:
 
 
 def from_line(line: str) -> Outcome:
-    """What `line` has written."""
+    """An outcome from the line that `line` made."""
     return Outcome(**json.loads(line))
 
 
@@ -110,7 +110,7 @@ def line(outcome: Outcome) -> str:
 
 
 def source(root: Path = ROOT) -> str:
-    """SHA-256 of the program and its campaigns as they are, committed or not."""
+    """SHA-256 of the files of the program and of its campaigns, committed or not."""
     found = hashlib.sha256()
     for file in sorted(path for folder in SOURCES for path in (root / folder).rglob("*")):
         if file.suffix in (".py", ".npz", ".html"):

@@ -1,4 +1,4 @@
-"""Damaged lines to a worker: each costs one message, and the worker does the next job."""
+"""Damaged lines to a worker: each is answered by one message, and the worker does the next job."""
 
 import contextlib
 import json
@@ -19,11 +19,11 @@ from .guard import Guard
 from .ledger import FoundError
 
 PATIENCE = 120.0  # seconds between two events; the slowest takes five
-COMPILING = 1800.0  # where kernels have to be compiled first
+COMPILING = 1800.0  # the same, if kernels must be compiled first
 
 
 class Talk:
-    """A worker, and what it says."""
+    """A worker, and its events."""
 
     def __init__(self, folder: Path) -> None:
         self._words = (folder / "worker.stderr").open("w+b")
@@ -35,17 +35,17 @@ class Talk:
 
     @property
     def pid(self) -> int:
-        """Of its process."""
+        """The id of its process."""
         return self._child.pid
 
     def send(self, line: bytes) -> None:
-        """A line, as it is."""
+        """Send a line, unchanged."""
         assert self._child.stdin
         self._child.stdin.write(line + b"\n")
         self._child.stdin.flush()
 
     def until(self, last: str, patience: float = PATIENCE) -> list[dict[str, Any]]:
-        """The events before the one that is `last`, or whose text has it in it. FoundError if the worker ends before, or hangs."""
+        """The events before one of the kind `last`, or with `last` in its text. FoundError if the worker ends before, or hangs."""
         events: list[dict[str, Any]] = []
         while True:
             try:
@@ -60,7 +60,7 @@ class Talk:
                 return events[:-1]
 
     def last_words(self) -> str:
-        """How it ended, and the last of what it said on stderr."""
+        """Its status, the last line of stderr, and the last line there that names our files."""
         self._child.wait()
         self._words.seek(0)
         lines = self._words.read().decode(errors="replace").strip().splitlines()
@@ -69,7 +69,7 @@ class Talk:
         return f"status {self._child.returncode}, {(lines or [''])[-1]} {(ours or [''])[-1]}"
 
     def end(self) -> None:
-        """End it, whatever it is doing."""
+        """Kill it."""
         self._child.kill()
         self._child.wait()
         self._words.close()
@@ -80,7 +80,7 @@ class Talk:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be given a job."""
+        """Whether it still runs."""
         return self._child.poll() is None
 
     def _listen(self) -> None:
@@ -91,7 +91,7 @@ class Talk:
 
 
 def started(folder: Path, bundle: Path) -> Talk:
-    """A worker that has done a job of each kind, so that all is compiled. FoundError where it cannot."""
+    """A worker that has done a job of each kind, so that all is compiled. FoundError if it refuses one."""
     talk = Talk(folder)
     for job in jobs(bundle, folder)[:4]:
         talk.send(json.dumps(job).encode())
@@ -103,7 +103,7 @@ def started(folder: Path, bundle: Path) -> Talk:
 
 
 def jobs(bundle: Path, folder: Path, guide: Any = None) -> list[dict[str, Any]]:
-    """A job of each kind, which takes little time."""
+    """A job of each kind. Each takes little time."""
     settings = to_dict(Render(spp=1, seconds=0.5, guide=guide or QTable(cells=4, recorded=500)))
     about = {"bundle": str(bundle), "settings": settings, "machine": {"threads": 2}, "out": "run"}
     methods = (("bsdf", Render(spp=1, seconds=0.5)),)
@@ -119,13 +119,13 @@ def jobs(bundle: Path, folder: Path, guide: Any = None) -> list[dict[str, Any]]:
 
 
 class Fuzz:
-    """See `trying.Trial`. One worker does all, as long as it lives."""
+    """See `trying.Trial`. One worker takes all lines, as long as it lives."""
 
     def __init__(self, guard: Guard) -> None:
         self._guard = guard
         self._texts = [
             text for text in mutations.TEXTS if "/" not in text and ".." not in text and len(text) < 1000
-        ]  # a job's folder is where it is to write
+        ]  # without paths: the worker rightly writes wherever a job's folder is
         self._bundle = scenes.saved(guard.tmp, scenes.SIZE)
         self._runs = guard.work / "runs"
         self._runs.mkdir()
@@ -147,7 +147,7 @@ class Fuzz:
         return ("refused", errors[0]) if errors else ("accepted", "")
 
     def end(self) -> None:
-        """No more lines."""
+        """End the worker."""
         self._worker.end()
 
     def _damaged(self, rng: random.Random, folder: Path) -> bytes:

@@ -1,76 +1,115 @@
-"""Ways to damage what is read from files: JSON, arrays, bytes and zips. All chances are the generator's, so that a seed does it again."""
+"""Damage to what is read from files: JSON, bytes and folders. `npz` has that to arrays and zips.
+
+`of_json`, `of_bytes` and `of_files` list damage in a fixed order. The others draw one by a generator: the same seed does it again.
+"""
 
 import copy
-import io
 import json
-import os
 import random
-import struct
-import warnings
-import zipfile
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
 
-import numpy as np
-
-DEEP, DIGITS, TWICE = "@deep@", "@digits@", "@twice@"  # stand for text that no value has; see `text`
+_T = TypeVar("_T")
+# JSON that `json.dumps` writes for no value. `as_json` puts it in the place of a text.
+RAW = {
+    "@deep@": "[" * 100_000 + "]" * 100_000,
+    "@nested@": "[" * 990 + "]" * 990,
+    "@objects@": '{"a":' * 990 + "0" + "}" * 990,
+    "@digits@": "9" * 5000,
+    "@infinite@": "1e999",
+}
 LARGEST, SMALLEST = 1.7976931348623157e308, 5e-324  # finite, float64
 NUMBERS = (
-    *(0, 1, -1, 2, 255, 256, 65535, 65536, 2**31 - 1, 2**31, -(2**31), 2**32, 2**53 + 1, 2**63 - 1, 2**63, -(2**63), 2**64, 10**30),
-    *(-0.0, 0.5, -0.5, 1.0000001, 1e-9, 1e9, 1e30, -1e30, 3.5e38, LARGEST, SMALLEST, float("nan"), float("inf"), float("-inf")),
+    *(0, 1, -1, 2, 3, 255, 256, 65535, 65536, 2**31 - 1, 2**31, -(2**31), 2**32, 2**53 + 1),
+    *(2**63 - 1, 2**63, -(2**63), -(2**63) - 1, 2**64, 10**30),
+    *(-0.0, 0.5, -0.5, 1.0000001, 1e-9, 1e9, 1e30, -1e30, 3.5e38, 1e-300, 1e300, -1e308, LARGEST, SMALLEST),
+    *(float("nan"), float("inf"), float("-inf")),
 )
 TEXTS = (
-    *("", " ", ".", "..", "a/b", "../../canary.txt", "../../../canary", "a/../../../../x", "\x00", "a\x00b", "\n", "two\nlines", "\r"),
-    *("\x1b[31mred\x1b[0m", "\ud800", "\udfff", "\u202e", "é" * 40, "x" * 300, "x" * 5000, "💥", "NaN", "null", "1", "-1"),
-    *(
-        "{{body}}",
-        "{{title}}",
-        "<script>alert(1)</script>",
-        "</script>",
-        "&amp;",
-        "=cmd|' /C calc'!A0",
-        "\\input{/etc/passwd}",
-        "%s%n",
-        "$x$",
-        "$x^$",
-        "$\\frac{1$",
-        "$\\nonsense$",
-        "x_y^",
-        "$",
-        "$$",
-    ),
-    *("CON", "nul.", "-rf", "~", "$HOME", "%TEMP%", "*", "[red]", DEEP, DIGITS),
+    *("", " ", ".", "..", "a/b", "../../canary.txt", "../../../canary", "a/../../../../x", "/nowhere/x", "\x00", "a\x00b", "\n", "\r"),
+    *("two\nlines", "\x1b[31mred\x1b[0m", "\ud800", "\udfff", "\u202e", "é" * 200, "x", "x" * 300, "x" * 5000, "💥"),
+    *("NaN", "null", "1", "-1", "{{body}}", "{{title}}", "<script>alert(1)</script>", "</script>", "&amp;", "=1+1", "=cmd|' /C calc'!A0"),
+    *("\\input{/etc/passwd}", "%s%n", "$x$", "$x^$", "$\\frac{1$", "$\\nonsense$", "x_y^", "$", "$$"),
+    *("CON", "con:", "nul.", "-rf", "~", "$HOME", "%TEMP%", "*", "[red]x[/]", *RAW),
 )
-OTHERS = (None, True, False, [], {}, [[]], [None], {"": None}, {"kind": "dqn"}, [1, 2, 3], [[1.0] * 4] * 4, [[0.0] * 4] * 3, [0] * 1000)
-
-
-class Opened:
-    """What unpickling must never come to: it writes a file."""
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return os.mkdir, ("unpickled",)
+OTHERS = (
+    *(None, True, False, [], {}, [[]], [None], [1, 2], [1, 2, 3], ["x", "x"], [0] * 3000, [[1.0] * 4] * 4, [[0.0] * 4] * 3),
+    *({"": None}, {"": 0}, {"a": 1}, {"kind": "x"}, {"kind": "dqn"}),
+)
+EXTREMES = (*OTHERS, *NUMBERS, *TEXTS)
 
 
 # ---------------------------------------------------------------------------------------------------------------- JSON
 
 
-def places(value: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """The keys that lead to each part of plain data, itself first."""
+def of_json(text: str) -> Iterator[tuple[str, str]]:
+    """(description, JSON) for each value: replaced by each of EXTREMES, gone, and doubled. Of lists the first two and the last."""
+    for place in places(json.loads(text), few=True):
+        shown = ".".join(map(str, place)) or "everything"
+        for value in EXTREMES:
+            yield f"{shown} is {as_json(value)[:40]}", as_json(_replaced(json.loads(text), place, value))
+        if place:
+            yield f"{shown} is gone", as_json(_without(json.loads(text), place))
+            yield f"{shown} is there twice", as_json(_doubled(json.loads(text), place))
+
+
+def as_json(value: Any) -> str:
+    """JSON of plain data, with RAW put in."""
+    said = json.dumps(value)
+    for name, raw in RAW.items():
+        said = said.replace(f'"{name}"', raw)
+    return said
+
+
+def places(value: Any, above: tuple[Any, ...] = (), few: bool = False) -> Iterator[tuple[Any, ...]]:
+    """The keys that lead to each part of plain data, itself first. `few`: of a list the first two and the last."""
     yield above
-    parts = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, part in parts:
-        yield from places(part, (*above, key))
+    for key, part in _parts(value, few):
+        yield from places(part, (*above, key), few)
+
+
+def _parts(value: Any, few: bool) -> list[tuple[Any, Any]]:
+    if isinstance(value, dict):
+        return [*value.items()]
+    if not isinstance(value, list):
+        return []
+    wanted = {0, 1, len(value) - 1} if few else range(len(value))
+    return [(k, part) for k, part in enumerate(value) if k in wanted]
 
 
 def at(value: Any, place: Sequence[Any]) -> Any:
-    """The part of plain data that keys lead to."""
+    """The part of plain data at a place."""
     for key in place:
         value = value[key]
     return value
 
 
+def _replaced(value: Any, place: Sequence[Any], new: Any) -> Any:
+    if not place:
+        return new
+    at(value, place[:-1])[place[-1]] = new
+    return value
+
+
+def _without(value: Any, place: Sequence[Any]) -> Any:
+    del at(value, place[:-1])[place[-1]]
+    return value
+
+
+def _doubled(value: Any, place: Sequence[Any], times: int = 1) -> Any:
+    holder, key = at(value, place[:-1]), place[-1]
+    if isinstance(holder, list):
+        holder[key:key] = [copy.deepcopy(holder[key])] * times
+    else:
+        holder[f"{key} "] = copy.deepcopy(holder[key])
+    return value
+
+
 def damaged(value: Any, rng: random.Random, texts: Sequence[str] = TEXTS, times: int | None = None) -> Any:
-    """Plain data with one to three parts changed, deleted, doubled, renamed or exchanged. `texts` are among what text becomes."""
+    """Plain data with one to three parts replaced, gone, doubled, exchanged, nested or renamed; new texts are of `texts`."""
     new = json.loads(json.dumps(value))
     for _ in range(times or rng.choice((1, 1, 1, 2, 3))):
         new = _damaged_once(new, rng, texts)
@@ -85,26 +124,29 @@ def _damaged_once(value: Any, rng: random.Random, texts: Sequence[str]) -> Any:
     holder, key = at(value, place[:-1]), place[-1]
     match rng.choice(("other", "other", "other", "near", "near", "delete", "twice", "exchange", "nest", "name")):
         case "other":
-            holder[key] = extreme(holder[key], rng, texts)
+            return _replaced(value, place, extreme(holder[key], rng, texts))
         case "near":
-            holder[key] = near(holder[key], rng, texts)
+            return _replaced(value, place, near(holder[key], rng, texts))
         case "delete":
-            del holder[key]
-        case "twice" if isinstance(holder, list):
-            holder[key:key] = [copy.deepcopy(holder[key])] * rng.choice((1, 2, 100))
+            return _without(value, place)
+        case "twice":
+            return _doubled(value, place, rng.choice((1, 2, 100)))
         case "exchange":
-            other = rng.choice(there)
-            holder[key] = copy.deepcopy(at(value, other))
+            return _replaced(value, place, copy.deepcopy(at(value, rng.choice(there))))
         case "nest":
-            holder[key] = rng.choice(([holder[key]], {"kind": holder[key]}, [[holder[key]] * 2]))
+            return _replaced(value, place, rng.choice(([holder[key]], {"kind": holder[key]}, [[holder[key]] * 2])))
         case _ if isinstance(holder, dict):
             holder[rng.choice((*texts, f"{key}s", str(key).upper()))] = holder.pop(key)
     return value
 
 
 def extreme(value: Any, rng: random.Random, texts: Sequence[str] = TEXTS) -> Any:
-    """What may stand where a value stood: mostly of its own type, as others are found out at once."""
-    own: Sequence[Any] = texts if isinstance(value, str) else NUMBERS if isinstance(value, int | float) else OTHERS
+    """A value to put in the place of another: mostly of its type, as the program notices other types at once."""
+    own: Sequence[Any] = OTHERS
+    if isinstance(value, str):
+        own = texts
+    elif isinstance(value, int | float):
+        own = NUMBERS
     return copy.deepcopy(rng.choice(own if rng.random() < 0.7 else (*NUMBERS, *texts, *OTHERS)))
 
 
@@ -122,9 +164,8 @@ def near(value: Any, rng: random.Random, texts: Sequence[str] = TEXTS) -> Any:
 
 
 def text(value: Any, rng: random.Random) -> str:
-    """JSON of damaged data: one in ten with its text damaged, too."""
-    said = json.dumps(value)
-    said = said.replace(f'"{DEEP}"', "[" * 100_000 + "]" * 100_000).replace(f'"{DIGITS}"', "9" * 5000)
+    """JSON of damaged data; one in ten is damaged as a text, too."""
+    said = as_json(value)
     if rng.random() < 0.9 or not said:
         return said
     middle = rng.randrange(len(said))
@@ -135,65 +176,43 @@ def text(value: Any, rng: random.Random) -> str:
             said.replace('":', '":0,"', 1),
             "\ufeff" + said,
             said + said,
-            said.replace("{", f'{{"{TWICE}": 1, "{TWICE}": 2, ', 1),
+            said.replace("{", '{"twice": 1, "twice": 2, ', 1),
         )
     )
-
-
-# -------------------------------------------------------------------------------------------------------------- arrays
-
-
-def damaged_array(array: np.ndarray, rng: random.Random) -> np.ndarray:
-    """An array with values, type, shape or order changed."""
-    match rng.choice(("value", "value", "value", "values", "type", "shape", "length", "length", "order", "objects")):
-        case "value" if array.size:
-            return _with(array, rng.randrange(array.size), _number(array.dtype, rng))
-        case "values" if array.size:
-            return np.full_like(array, _number(array.dtype, rng))
-        case "type":
-            with np.errstate(all="ignore"):
-                return array.astype(rng.choice(("f2", "f4", "f8", "i1", "u1", "i4", "i8", "u8", "c8", "?", ">f4", ">i4", "S4", "U4")))
-        case "shape":
-            return rng.choice(
-                (array[None], array.reshape(-1), array.reshape(*array.shape, 1), array.T, np.zeros((0,) * array.ndim, array.dtype))
-            )
-        case "length" if array.ndim and len(array):
-            return rng.choice(
-                (array[:-1], array[1:], array[:0], np.concatenate([array, array]), array[::2], np.concatenate([array, array[-1:]]))
-            )
-        case "objects":
-            return np.array([Opened()], object) if rng.random() < 0.5 else np.zeros(2, [("a", "f4"), ("b", "O")])
-        case _ if array.ndim:
-            return np.asfortranarray(array) if rng.random() < 0.5 else array[::-1]
-    return array
-
-
-def _number(dtype: np.dtype, rng: random.Random) -> Any:
-    if dtype.kind in "iu":
-        info = np.iinfo(dtype)
-        number = rng.choice((info.min, info.max, info.max - 1, 0, -1, 1, 2, 3, 7, 31, 255, 1000, 10**6, 2**31, 2**62, info.max // 2))
-        return min(max(number, info.min), info.max)
-    numbers = (0, 1, -1, 1e-38, 1e-45, 1e30, -1e30, 3e38, 1e19, 1e10, 1e-10, float("nan"), float("inf"))
-    return rng.choice(numbers)
-
-
-def _with(array: np.ndarray, index: int, value: Any) -> np.ndarray:
-    new = np.array(array)
-    with np.errstate(all="ignore"):
-        new.reshape(-1)[index] = value
-    return new
 
 
 # --------------------------------------------------------------------------------------------------------------- bytes
 
 
+def of_bytes(data: bytes, seed: int, count: int) -> Iterator[tuple[str, bytes]]:
+    """(description, bytes): none, all of it twice, and `count` times one of each way at a place of its own."""
+    yield "empty", b""
+    yield "twice", data * 2
+    rng = random.Random(seed)
+    for _ in range(count):
+        yield from _at_a_place(data, rng)
+
+
+def _at_a_place(data: bytes, rng: random.Random) -> Iterator[tuple[str, bytes]]:
+    place, length = rng.randrange(len(data)), rng.randrange(1, 64)
+    before, behind = data[:place], data[place + length :]
+    yield f"cut at {place}", before
+    yield f"bit turned at {place}", before + bytes([data[place] ^ 1 << rng.randrange(8)]) + data[place + 1 :]
+    yield f"noise at {place}", (before + rng.randbytes(length) + behind)[: len(data)]
+    if any(data[place : place + length]):
+        yield f"zeros at {place}", (before + bytes(length) + behind)[: len(data)]
+    yield f"stretch at {place} gone", before + behind
+
+
 def damaged_bytes(data: bytes, rng: random.Random) -> bytes:
-    """Bytes with bits flipped, or a part cut off, emptied, doubled, exchanged or put in."""
+    """Bytes with bits turned, or a part cut off, emptied, doubled, exchanged or put in; or damaged in a way of `of_bytes`."""
     new = bytearray(data)
     a, b = sorted(rng.randrange(len(data) + 1) for _ in range(2))
-    match rng.choice(("flip", "flip", "flip", "cut", "zero", "double", "exchange", "put", "head")):
-        case "flip" if data:
-            for _ in range(rng.choice((1, 1, 4, 64))):
+    match rng.choice(("small", "small", "bits", "bits", "cut", "zero", "double", "exchange", "put", "head")):
+        case "small" if data:
+            return rng.choice([made for _, made in _at_a_place(data, rng)])
+        case "bits" if data:
+            for _ in range(rng.choice((1, 4, 64))):
                 new[rng.randrange(len(new))] ^= 1 << rng.randrange(8)
         case "cut":
             del new[a:]
@@ -210,62 +229,59 @@ def damaged_bytes(data: bytes, rng: random.Random) -> bytes:
     return bytes(new)
 
 
-# ----------------------------------------------------------------------------------------------------------------- zips
+# ------------------------------------------------------------------------------------------------------------- folders
 
 
-def archive(members: Mapping[str, np.ndarray | bytes], rng: random.Random | None = None) -> bytes:
-    """An .npz of arrays, or of members as they are. With chances its structure is damaged: members doubled, packed, lying."""
-    out = io.BytesIO()
-    how = rng.choice(("packed", "double", "claim", "magic", "bomb", "size", "method", "bytes", "bytes", "none")) if rng else "none"
-    chosen = rng.choice(list(members)) if rng else ""
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED if how in ("packed", "bomb") else zipfile.ZIP_STORED) as file:
-        for name, member in members.items():
-            data = member if isinstance(member, bytes) else npy(member)
-            if name == chosen and rng:
-                data = _lying(data, how, rng)
-            file.writestr(f"{name}.npy", data)
-        if how == "double":
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # that there are two of them is the point
-                file.writestr(rng.choice((f"{chosen}.npy", "../../canary.txt", "/canary.npy")) if rng else "", npy(np.zeros(3)))
-    data = out.getvalue()
-    if rng and how in ("size", "method"):
-        return _in_directory(data, how, rng)
-    return damaged_bytes(data, rng) if rng and how == "bytes" else data
+def of_files(folder: Path) -> Iterator[tuple[str, Callable[[Path], object]]]:
+    """(description, function that damages a copy of the folder): each file or folder gone, a link, the other kind, or another file."""
+    paths = sorted(path.relative_to(folder) for path in folder.rglob("*"))
+    files = [path for path in paths if (folder / path).is_file()]
+    for path in paths:
+        yield f"{path} is gone", lambda copy, path=path: _remove(copy / path)
+        yield f"{path} links to nowhere", lambda copy, path=path: _link(copy / path, Path("nowhere"))
+        yield f"{path} links to itself", lambda copy, path=path: _link(copy / path, Path(path.name))
+        yield f"{path} links out", lambda copy, path=path: _link(copy / path, (folder / path).absolute())
+        yield f"{path} is the other kind", lambda copy, path=path: _other_kind(copy / path)
+    for path, other in zip(files, files[1:] + files[:1], strict=True):
+        yield f"{path} is {other}", lambda copy, path=path, other=other: shutil.copy(folder / other, copy / path)
 
 
-def npy(array: np.ndarray) -> bytes:
-    """An array as the bytes of a .npy file; objects are pickled."""
-    out = io.BytesIO()
-    np.lib.format.write_array(out, np.asanyarray(array), allow_pickle=True)
-    return out.getvalue()
-
-
-def _lying(data: bytes, how: str, rng: random.Random) -> bytes:
-    """The bytes of an array whose first words claim something else."""
-    if how == "bomb":
-        return _head(rng.choice(((1 << 20, 3), (1 << 22,), (1 << 40, 3), (1 << 62,)))) + bytes(rng.choice((0, 1 << 22)))
-    if how == "claim":
-        return _head(rng.choice(((1 << 45, 3), (-1, 3), (1 << 63,), (3,) * 200, (0, 1 << 62), (1 << 31, 1 << 31)))) + data[128:]
-    if how == "magic":
-        return rng.choice(
-            (b"", b"\x93NUMPY", b"\x93NUMPY\x03\x00" + data[8:], b"\x93NUMPY\x09\x00" + data[8:], data[:8] + b"\xff\xff" + data[10:])
-        )
-    return data
-
-
-def _head(shape: tuple[int, ...]) -> bytes:
-    said = repr({"descr": "<f4", "fortran_order": False, "shape": shape}).encode()
-    said += b" " * (-(len(said) + 11) % 64) + b"\n"
-    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(said)) + said
-
-
-def _in_directory(data: bytes, how: str, rng: random.Random) -> bytes:
-    """A zip whose directory lies about the size of a member, or names a way of packing that there is not."""
-    entries = [k for k in range(len(data) - 4) if data[k : k + 4] == b"PK\x01\x02"]
-    k, new = rng.choice(entries), bytearray(data)
-    if how == "size":
-        new[k + 24 : k + 28] = struct.pack("<I", rng.choice((0, 1, 1 << 20, (1 << 32) - 2, (1 << 32) - 1)))
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
     else:
-        new[k + 8 : k + 12] = struct.pack("<HH", rng.choice((0, 1)), rng.choice((1, 9, 12, 14, 99)))
-    return bytes(new)
+        path.unlink()
+
+
+def _link(path: Path, target: Path) -> None:
+    _remove(path)
+    path.symlink_to(target)
+
+
+def _other_kind(path: Path) -> None:
+    was_file = path.is_file()
+    _remove(path)
+    if was_file:
+        path.mkdir()
+    else:
+        path.write_bytes(b"x")
+
+
+# ----------------------------------------------------------------------------------------------------------- for tests
+
+
+@contextmanager
+def named(what: str) -> Iterator[None]:
+    """A failure of the block says what was done."""
+    try:
+        yield
+    except Exception as error:
+        error.add_note(what)
+        raise
+
+
+def some(mutations: Iterable[_T], count: int, seed: int) -> list[_T]:
+    """`count` of them, drawn by the seed, in their order; all if there are fewer."""
+    found = list(mutations)
+    chosen = sorted(random.Random(seed).sample(range(len(found)), min(count, len(found))))
+    return [found[k] for k in chosen]

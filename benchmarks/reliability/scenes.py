@@ -1,4 +1,4 @@
-"""A small scene that has something of everything that a bundle can hold, and one that renders at once."""
+"""Two small scenes: one with an example of everything in a bundle, and one that renders quickly."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +27,7 @@ def saved(folder: Path, size: int, name: str = "cornell") -> Path:
 
 
 def whole() -> SceneData:
-    """The Cornell box of two objects, with instances of a pyramid, and shaders that use every op, closure, lamp, texture and attribute."""
+    """The Cornell box as two objects, with instances of a pyramid, all ops, closures and kinds of lamps, textures and attributes."""
     box = plain()
     count, corners = len(box.triangles), np.array([(0, 0, 0.3), (-0.2, -0.2, 0), (0.2, -0.2, 0), (0, 0.2, 0)], np.float32)
     faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1)], np.int32)
@@ -71,7 +71,7 @@ def _normals(corners: np.ndarray) -> np.ndarray:
 
 
 def _of_all_ops() -> list[Shader]:
-    """A shader for each op and mode, a few of them in one, whose value is a colour."""
+    """Shaders that use each op in each mode, 40 steps in each shader. The last step is the colour."""
     code: list[Instruction] = [Instruction("position")]
     for name, op in OPS.items():
         for mode in op.modes.__members__ if op.modes else ("",):
@@ -84,7 +84,7 @@ def _of_all_ops() -> list[Shader]:
 
 
 def _shader(name: str, code: tuple[Instruction, ...]) -> Shader:
-    """Code that was cut out of a longer one, and what it ends with as a colour."""
+    """A shader from a part of longer code. Its last step, clamped, is the colour."""
     lifted = tuple(replace(step, inputs=tuple(_within(v, k) for v in step.inputs)) for k, step in enumerate(code))
     last = (*lifted, Instruction("clamp", (Node(len(code) - 1), 0.0, 1.0), "MINMAX"))
     return Shader(name, last, (Closure("diffuse", 1.0, {"color": Node(len(code))}),))

@@ -1,4 +1,4 @@
-"""Damaged settings: as plain data, as files (which presets of the add-on are, too), as flat changes, and as command lines."""
+"""Damaged settings: as plain data, as files (presets of the add-on are such files), as flat changes, and as command lines."""
 
 import json
 import random
@@ -15,16 +15,16 @@ from .ledger import FoundError
 
 _NAMES = [*PRESETS, "uniform", "bsdf", "qtable", "dqn"]
 _COMMANDS = ("render", "inspect", "compare", "sweep", "export", "report", "metrics")
-_MISSING = "there-is-none.npz"  # so that nothing is rendered: what is tried is read before
+_MISSING = "there-is-none.npz"  # the scene: nothing is rendered, but settings are read before it
 
 
 class Fuzz:
     """See `trying.Trial`."""
 
     def __init__(self, guard: Guard) -> None:
-        self._texts = [text for text in mutations.TEXTS if text not in (mutations.DEEP, mutations.DIGITS)]
+        self._texts = [text for text in mutations.TEXTS if text not in mutations.RAW]
         self._flags = [name.replace("_", "-") for config in (Render, Machine) for name, _ in flags(config)]
-        self._typed = [text for text in self._texts if len(text) < 1000 and text.isprintable()]  # whoever types more sees more
+        self._typed = [text for text in self._texts if len(text) < 1000 and text.isprintable()]  # errors quote them in one line
         self._words = (*self._typed, *map(str, mutations.NUMBERS), *guard.ways_out, "1", "2", "0.5", *_NAMES)
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
@@ -71,7 +71,7 @@ class Fuzz:
         return self._call(folder, *line, "--out", folder / "out")
 
     def _call(self, folder: Path, *line: object) -> tuple[str, str]:
-        result, said = outcome_of(*called(*(str(word).replace("\x00", "") for word in line)))  # no command line can have a zero
+        result, said = outcome_of(*called(*(str(word).replace("\x00", "") for word in line)))  # no command line can contain a NUL
         if (folder / "out").exists():
             raise FoundError("leftover: a command that was refused has made its folder")
         return ("accepted", "") if _MISSING in said and "cannot read" in said else (result, said)

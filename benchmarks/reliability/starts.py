@@ -1,4 +1,4 @@
-"""Two cold starts at once on an empty cache: both compile, and render the same bits. Minutes."""
+"""Two cold starts at once on an empty cache: both compile, and render the same bits. Takes minutes."""
 
 import shutil
 import time
@@ -15,7 +15,7 @@ OPTIONS = ("--guide", "qtable", "--qtable.cells", 4, "--spp", 4, "--threads", 1)
 
 
 def outcomes(steps: range, seed: int, folder: Path) -> Iterator[Outcome]:
-    """One for each pair."""
+    """One outcome for each pair."""
     for step in steps:
         start, finding, numbers = time.monotonic(), "", {}
         shutil.rmtree(folder, ignore_errors=True)
@@ -28,7 +28,7 @@ def outcomes(steps: range, seed: int, folder: Path) -> Iterator[Outcome]:
 
 
 def _check(guard: Guard, bundle: Path) -> dict[str, float]:
-    """The seconds of the cold starts, and of one after them."""
+    """(seconds of the cold starts, seconds of a start after them)."""
     shutil.rmtree(guard.cache)
     guard.cache.mkdir()  # empty, without the link to kernels
     command, outs = ("render", bundle, *OPTIONS), [guard.work / name for name in ("one", "other", "after")]
@@ -50,5 +50,5 @@ def _check(guard: Guard, bundle: Path) -> dict[str, float]:
 
 
 def figures(rows: list[dict[str, float]]) -> dict[str, float]:
-    """The seconds of the last."""
+    """The seconds of the last pair."""
     return {name: rows[-1][name] for name in ("cold", "warm") if rows and name in rows[-1]}

@@ -1,6 +1,6 @@
-"""Tries damaged inputs, many in a process. Each must end as a result or as one line; anything else is a finding.
+"""Tries many damaged inputs in one process. Each must end in a result or in one line; anything else is a finding.
 
-`python -m benchmarks.reliability.trying KIND ROOT SEED FIRST END OPTIONS` writes an outcome a line; a crash or a hang ends it.
+`python -m benchmarks.reliability.trying KIND ROOT SEED FIRST END OPTIONS` writes one line for each outcome. A crash or a hang ends it.
 """
 
 import faulthandler
@@ -24,30 +24,30 @@ from blender_rl_guiding.schema import SettingsError
 from .guard import Guard
 from .ledger import FoundError, Outcome, line
 
-REFUSALS = (InputError, SettingsError, FloatingPointError)  # what the program tells people in one line
+REFUSALS = (InputError, SettingsError, FloatingPointError)  # errors that the program tells in one line
 LIMIT = 180.0  # seconds for one input; the slowest takes two
 MEMORY = 1 << 30  # bytes that an input may take
-LONGEST = 1000  # characters of an error
+LONGEST = 1000  # longest error, in characters
 
 
 class Trial(Protocol):
-    """A kind of input. It is made once for many of them: what they are damaged from, it makes then."""
+    """A kind of input. One trial makes the sound input once, then damages copies of it."""
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
-        """Damage an input, leave it in the folder, and use it; returns the result in a word, and the error where there is one.
+        """Damage an input, leave it in the folder, and use it. Returns (result in a word, error or "").
 
-        One of `REFUSALS` is a result, too.
+        Raising one of `REFUSALS` is a result, too.
         """
         ...
 
 
 def trial(kind: str, guard: Guard, options: dict[str, Any]) -> Trial:
-    """The kind of that name: the class `Fuzz` of its module."""
+    """The class `Fuzz` of the module named `kind`."""
     return import_module(f"{__package__}.{kind}").Fuzz(guard, **options)
 
 
 def tried(kind: Trial, guard: Guard, seed: int, steps: Iterable[int]) -> Iterator[Outcome]:
-    """Try one input after another. Those with a finding stay in the folder of work."""
+    """Try the inputs of `steps`. Those with a finding stay in the folder of work."""
     for step in steps:
         start, folder, finding, result, said = time.perf_counter(), guard.folder(step), "", "refused", ""
         before = _memory("VmRSS")
@@ -60,7 +60,7 @@ def tried(kind: Trial, guard: Guard, seed: int, steps: Iterable[int]) -> Iterato
                 finding = "" if said else "text: the error is empty"
             except FoundError as error:
                 result, finding = "broken", str(error)
-            except (Exception, SystemExit):  # noqa: BLE001  # whatever it is, it is a finding
+            except (Exception, SystemExit):  # noqa: BLE001  # any other exception is a finding
                 result, finding = "broken", f"traceback: {_last_lines()}"
         finding = finding or _of_text(said) or next((f"write: {what}" for what in elsewhere), "")
         finding = finding or next((f"warning: {w.category.__name__}: {w.message} ({w.filename}:{w.lineno})" for w in warned), "")
@@ -72,23 +72,23 @@ def tried(kind: Trial, guard: Guard, seed: int, steps: Iterable[int]) -> Iterato
 
 
 def _of_text(said: str) -> str:
-    """What is wrong with an error's text."""
+    """The fault of an error's text, or ""."""
     if len(said.splitlines()) > 1 or not said.isprintable():
         return f"text: not one line that can be shown: {said[:300]!a}"
     return f"text: {len(said)} characters: {said[:200]}" if len(said) > LONGEST else ""
 
 
 def _memory(name: str) -> int:
-    """Bytes that this process has resident, "VmRSS", or had at most since that was asked for, "VmHWM"."""
+    """Bytes of this process: "VmRSS", resident now, or "VmHWM", the most since "VmRSS" was last asked for."""
     if name == "VmRSS":
         with suppress(OSError):
-            Path("/proc/self/clear_refs").write_text("5")  # forgets the most
+            Path("/proc/self/clear_refs").write_text("5")  # resets VmHWM
     status = Path("/proc/self/status").read_text()
     return next(int(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith(name))
 
 
 def _last_lines() -> str:
-    """The exception at hand, and the last of our own files that it came through."""
+    """The current exception, and the last of our files in its traceback."""
     kind, error, trace = sys.exc_info()
     frames = [f for f in traceback.extract_tb(trace) if f"{os.sep}blender_rl_guiding{os.sep}" in f.filename]
     place = f" at {Path(frames[-1].filename).name}:{frames[-1].lineno} {frames[-1].name}" if frames else ""
@@ -100,7 +100,7 @@ def main(arguments: list[str]) -> None:
     values = json.loads(options)
     kernels = Path(values.pop("kernels")) if "kernels" in values else None
     answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)  # whatever prints, prints elsewhere
+    os.dup2(2, 1)  # what other code prints goes to stderr
     faulthandler.enable()
     guard = Guard(Path(root), kernels)
     os.chdir(guard.work)

@@ -1,4 +1,4 @@
-"""A worker of an hour: jobs of all kinds, bad ones and killed neighbours among them; does it grow?"""
+"""A worker that runs for an hour must not grow. It gets jobs of all kinds, damaged ones, and neighbours that are killed."""
 
 import json
 import math
@@ -19,13 +19,13 @@ from .ledger import FoundError, Outcome
 from .lines import Talk, jobs, started
 
 SIZE = 24  # pixels, both ways
-WARM = 0.2  # share of the jobs after which nothing is new to it any more
+WARM = 0.2  # first share of the measures, left out of the fit: everything is still new to the worker
 MEASURES = {"memory": "MiB", "files": "open", "threads": "", "temporary": "files"}
-FOUND = {"memory": 8.0, "files": 0.5, "threads": 0.5, "temporary": 0.5}  # growth in an hour that is one, where its interval is above it
+FOUND = {"memory": 8.0, "files": 0.5, "threads": 0.5, "temporary": 0.5}  # growth in an hour: a finding if its whole interval is above
 
 
 def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0, least: int = 1) -> Iterator[Outcome]:
-    """One for each minute, or `least` jobs if they take longer: its last measures."""
+    """One outcome a minute, or after `least` jobs if they take longer. Its numbers are the last measures."""
     shutil.rmtree(folder, ignore_errors=True)
     guard = Guard(folder)
     bundle = scenes.saved(guard.root, SIZE)
@@ -52,8 +52,9 @@ def outcomes(steps: range, seed: int, folder: Path, minute: float = 60.0, least:
 
 
 def _one(talk: Talk, rng: random.Random, bundle: Path, guard: Guard) -> int:
-    """A job, and its answer; one in five is a damaged one, in one of ten images vanish while they are written, and once in thirty a
-    neighbour that renders into the same folder was killed before. Returns 1 for a job that was done.
+    """Send a job and wait for its answer. Returns 1 if it was done.
+
+    1 of 5 jobs is damaged. During 1 of 10 images are deleted. Before 1 of 30 a neighbour is killed that renders into the same folder.
     """
     frames = guard.work / "frames"
     job = rng.choice(jobs(bundle, guard.work)[:4])
@@ -80,7 +81,7 @@ def _kill_neighbour(rng: random.Random, bundle: Path, guard: Guard) -> None:
 
 
 def measured(pid: int, guard: Guard) -> dict[str, float]:
-    """What a process has: resident memory in MiB, open files, threads, and temporary files that lie about."""
+    """Resident memory of a process in MiB, its open files and threads, and temporary files that were left."""
     own = Path(f"/proc/{pid}")
     with suppress(OSError):
         pages = int((own / "statm").read_text().split()[1])
@@ -91,7 +92,7 @@ def measured(pid: int, guard: Guard) -> dict[str, float]:
 
 
 def figures(rows: list[dict[str, float]]) -> dict[str, float | str]:
-    """The last measures, and by how much each grows in an hour; jobs that were done."""
+    """The number of jobs done, the last measures, and the growth of each in an hour."""
     told: dict[str, float | str] = {"jobs": float(sum(row["jobs"] for row in rows))}
     for name, (last, slope, margin) in growth(rows).items():
         told |= {name: last, f"{name} in an hour": f"{slope:+.2f} +- {margin:.2f}"}
@@ -99,7 +100,7 @@ def figures(rows: list[dict[str, float]]) -> dict[str, float | str]:
 
 
 def verdict(rows: list[dict[str, float]]) -> str:
-    """The measures that grow, as a finding."""
+    """A finding that names the measures that grow, or ""."""
     grows = [
         f"{name} by {slope:.2f} +- {margin:.2f} {MEASURES[name]} in an hour"
         for name, (_, slope, margin) in growth(rows).items()
@@ -109,8 +110,9 @@ def verdict(rows: list[dict[str, float]]) -> str:
 
 
 def growth(rows: list[dict[str, float]]) -> dict[str, tuple[float, float, float]]:
-    """Of each measure the last, its growth in an hour, and half its 95 % interval: by a line through all but the first fifth of what the
-    present process did. One that was started later, after a crash or Ctrl-C, begins anew.
+    """(last value, growth in an hour, half its 95 % interval) of each measure, from a line through all but the first fifth.
+
+    Only the rows of the last process count: after a crash or Ctrl-C another begins anew.
     """
     own = [row for row in rows if row.get("process") == rows[-1].get("process") and "memory" in row]
     late = own[round(WARM * len(own)) :]
@@ -121,7 +123,7 @@ def growth(rows: list[dict[str, float]]) -> dict[str, tuple[float, float, float]
 
 
 def fitted(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """The slope of a line through points, and half its 95 % interval, by the residuals' variance and the normal quantile."""
+    """(slope of the line through points, half its 95 % interval), from the variance of residuals and the normal quantile."""
     centred = x - x.mean()
     spread = float(centred @ centred)
     slope = float(centred @ (y - y.mean())) / spread

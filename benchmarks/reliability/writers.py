@@ -1,4 +1,4 @@
-"""Two commands that write into one folder at once: one does, the other says so in a line, and the folder is that of one."""
+"""Two commands write into one folder at once: one does its work, the other fails with a line, and the folder is that of one."""
 
 import shutil
 import time
@@ -13,7 +13,7 @@ from .scenes import saved
 
 
 def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tuple(COMMANDS)) -> Iterator[Outcome]:
-    """One for each pair, by turns."""
+    """One outcome for each pair of commands, in turns."""
     shutil.rmtree(folder, ignore_errors=True)
     guard = Guard(folder)
     bundle = saved(guard.root, SIZE, "a1")

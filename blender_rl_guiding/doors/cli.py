@@ -20,6 +20,7 @@ from ..experiments.progress import Progress, Terminal
 from ..flags import comparison, comparison_of_methods, failed_runs, render_settings, tell_losses
 from ..flags import machine_of as _machine
 from ..locks import writing
+from ..notices import tell
 from ..scene.view import chosen_view
 from ..settings import Render
 from ..strings import say
@@ -70,12 +71,15 @@ def _render(options: argparse.Namespace) -> None:
     if options.frames:
         _animate(options, settings)
     else:
-        _traced(options, settings)
+        with _asked_for(options, settings) as (task, progress), progress.bar(task.scene.name, 1) as advance:
+            from ..experiments.produce import produce
+
+            produce(task, _machine(options), lambda pace: advance(pace.share))
         say(options.out / "image.exr")
 
 
 def _animate(options: argparse.Namespace, settings: Render) -> None:
-    view, method = chosen_view(options), options.preset or settings.guide.kind
+    view = chosen_view(options)
     if view.frame is not None:
         raise InputError("--frame and --frames exclude each other")
     try:
@@ -83,7 +87,15 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
             from ..experiments.animation import animate
 
             images = animate(
-                options.out, options.scene, view, options.frames, settings, _machine(options), method, progress, options.blender
+                options.out,
+                options.scene,
+                view,
+                options.frames,
+                settings,
+                _machine(options),
+                options.preset or "",
+                progress,
+                options.blender,
             )
     except KeyboardInterrupt as interrupt:
         raise KeyboardInterrupt("interrupted; the same command goes on from the first frame that is missing") from interrupt
@@ -94,58 +106,24 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
 def _inspect(options: argparse.Namespace) -> None:
     from ..experiments import inspection
 
-    settings, machine = render_settings(options, Render()), _machine(options)
+    settings = render_settings(options, Render())
     inspection.check(settings.guide)
-    scene, point, result = _traced(options, settings, lambda scene: inspection.find(scene, options.pixel, machine))
-    with Terminal() as progress, progress.bar("measuring what arrives", 1):
-        pictures = inspection.write(options.out, scene, point, settings, machine, result)
+    with _asked_for(options, settings) as (task, progress):
+        pictures = inspection.inspect(task, options.pixel, _machine(options), progress)
     for path in (options.out / "image.exr", *pictures):
         say(path)
 
 
-def _traced(options: argparse.Namespace, settings: Render, find: Callable[[Any], Any] = lambda scene: None) -> tuple[Any, Any, Any]:
-    """Render and write a run; returns the scene, the point of it that `find` tells before, and the result.
-
-    Interrupted, it writes what there is before it ends; the checkpoint stays.
-    """
-    machine, interrupted = _machine(options), False
+@contextmanager
+def _asked_for(options: argparse.Namespace, settings: Render) -> Iterator[tuple[Any, Progress]]:
+    """The `Task` of a render, with all kernels ready. Interrupted, it keeps its finished samples."""
     with Terminal() as progress, _opening(options.scene, options, progress) as opened:
-        # While Blender exports: importing and loading take as long.
-        from ..experiments.probe import described
-        from ..experiments.runs import save_run
-        from ..render import Result, render, warm_up
-        from ..render.beforehand import forewarn
-        from ..render.checkpoint import in_folder
-        from ..render.estimate import share
+        from ..experiments.runs import Task  # while Blender exports: importing and loading take as long
+        from ..render import warm_up
 
-        finished: list[Result] = []
-        checkpoint = in_folder(options.out)
         with progress.bar("compiling kernels (once after an update)", 1):
-            warm_up(settings.guide, machine)
-        scene = opened()
-        forewarn(scene, [settings], machine)
-        point = find(scene)
-        try:
-            with progress.bar(scene.name, 1) as advance:
-
-                def on_step(state: Result) -> None:
-                    advance(share(state, settings))
-
-                def on_pass(state: Result) -> None:
-                    finished[:] = [state]
-                    on_step(state)
-
-                render(scene, settings, machine, on_pass, on_step, checkpoint)
-        except KeyboardInterrupt:
-            interrupted = True
-    if finished:
-        learnt, name = described(finished[0].guide, point), options.preset or settings.guide.kind
-        save_run(options.out, scene, name, settings, machine, finished[0], None, learnt)
-    if interrupted:
-        again = f"; the same command goes on from sample {checkpoint.samples}" if checkpoint.samples else ""
-        raise KeyboardInterrupt(f"interrupted after {finished[0].film.samples if finished else 0} of {settings.spp} samples{again}")
-    checkpoint.remove()
-    return scene, point, finished[0]
+            warm_up(settings.guide, _machine(options))
+        yield Task(options.out, opened(), settings, options.preset or "", keeps_unfinished=True), progress
 
 
 def _compare(options: argparse.Namespace) -> None:
@@ -266,7 +244,7 @@ def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Ite
             scene = wait()
         if scene.coverage:
             first = scene.coverage[0].object
-            progress.note(f"{path.name}: {len(scene.coverage)} thing(s) left out or replaced, {first!r} first; `rlg export` lists them")
+            tell(f"{path.name}: {len(scene.coverage)} thing(s) left out or replaced, {first!r} first; `rlg export` lists them")
         return scene
 
     with opening(path, options.blender, chosen_view(options)) as wait:

@@ -22,7 +22,8 @@ from .. import __version__, messages
 from ..comparison import Comparison
 from ..errors import InputError, atomic
 from ..locks import writing
-from ..notices import heard_by
+from ..notices import heard_by, tell
+from ..pace import Pace
 from ..schema import from_dict
 from ..settings import Machine, Render
 from ..strings import printable
@@ -97,33 +98,25 @@ def prepare(job: messages.Prepare, events: Events) -> None:
 
 def render(job: messages.Render, events: Events) -> None:
     """See `messages.Render`."""
-    from ..experiments.runs import save_run
+    from ..experiments.produce import produce
+    from ..experiments.runs import Task
     from ..render import Result
-    from ..render import render as trace
-    from ..render.beforehand import forewarn, forewarn_of_memory
-    from ..render.checkpoint import in_cache, in_folder
-    from ..render.estimate import left
     from ..scene.bundle import load
 
     settings, machine = _settings(job)
-    frames = Frames(Path(job.frames)) if job.frames else None
-    scene = load(Path(job.bundle))
-    (forewarn if job.out else forewarn_of_memory)(scene, [settings], machine)  # Blender lists lamps itself
+    frames, out = Frames(Path(job.frames)) if job.frames else None, Path(job.out) if job.out else None
 
-    def on_pass(state: Result) -> None:
+    def on_pass(state: Result, pace: Pace) -> None:
         shown = frames is not None and frames.offer(lambda: _combined(state))
         learning = {name: state.curve[-1][name] for name in ("loss", "cells", "steps") if name in state.curve[-1]}
-        so_far = {"samples": state.film.samples, "of": settings.spp, "seconds": state.seconds, "left": left(state, settings)}
+        so_far = {"samples": state.film.samples, "of": settings.spp, "seconds": pace.seconds, "left": pace.left}
         events.send("pass", **so_far, shown=shown, learning=learning)
 
-    kept = in_folder(Path(job.out)) if job.out else in_cache(scene, settings)
-    result = trace(scene, settings, machine, on_pass, checkpoint=kept)
-    if frames:
-        _write_passes(frames, result, settings)
-    if job.out:
-        save_run(Path(job.out), scene, job.method or settings.guide.kind, settings, machine, result, None)
-    if kept:
-        kept.remove()
+    def on_end(result: Result) -> None:
+        if frames:
+            _write_passes(frames, result, settings)
+
+    result = produce(Task(out, load(Path(job.bundle)), settings, job.method or ""), machine, on_pass=on_pass, on_end=on_end)
     events.send("done", samples=result.film.samples, seconds=result.seconds, learn_seconds=result.learn_seconds, rays=result.rays)
 
 
@@ -164,39 +157,20 @@ def compare(job: messages.Compare, events: Events) -> None:
         results = report.write(folder)
         outcome = handover.handed_over(results)
     for line in results.damaged:
-        events.note(f"FAILED: {line}")
+        tell(f"FAILED: {line}")
     events.send("done", failed=failed + len(results.damaged), **outcome)
 
 
 def inspect(job: messages.Inspect, events: Events) -> None:
     """See `messages.Inspect`."""
     from ..experiments import inspection
-    from ..experiments.probe import described
-    from ..experiments.runs import save_run
-    from ..render import Result
-    from ..render import render as trace
-    from ..render.beforehand import forewarn
-    from ..render.checkpoint import in_folder
-    from ..render.estimate import share
+    from ..experiments.runs import Task
     from ..scene.bundle import load
 
     settings, machine = _settings(job)
     inspection.check(settings.guide)
-    out = Path(job.out)
-    scene = load(Path(job.bundle))
-    forewarn(scene, [settings], machine)
-    point = inspection.find(scene, job.pixel, machine)
-    with events.bar("Learning", 1) as advance:
-
-        def on_pass(state: Result) -> None:
-            advance(share(state, settings))
-
-        checkpoint = in_folder(out)
-        result = trace(scene, settings, machine, on_pass, on_pass, checkpoint)
-    save_run(out, scene, job.method or settings.guide.kind, settings, machine, result, None, described(result.guide, point))
-    checkpoint.remove()
-    with events.bar("Measuring the light that arrives", 1):
-        pictures = inspection.write(out, scene, point, settings, machine, result)
+    task = Task(Path(job.out), load(Path(job.bundle)), settings, job.method or "")
+    pictures = inspection.inspect(task, job.pixel, machine, events)
     events.send("done", pictures=[str(path) for path in pictures])
 
 

@@ -7,16 +7,17 @@ from itertools import zip_longest
 from pathlib import Path
 
 from ..errors import InputError
+from ..notices import tell
 from ..opening.frames import Frames, exporting_frames
-from ..render import Result, render, warm_up
-from ..render.beforehand import forewarn
+from ..pace import Pace
+from ..render import warm_up
 from ..render.checkpoint import in_folder
-from ..render.estimate import share
 from ..scene.data import SceneData
 from ..scene.view import View
 from ..settings import Machine, Render
+from .produce import produce
 from .progress import Progress
-from .runs import Frame, finished_frame, save_run
+from .runs import Frame, Task, finished_frame
 
 
 def animate(
@@ -30,63 +31,63 @@ def animate(
     progress: Progress,
     blender: Path | None = None,
 ) -> list[Path]:
-    """Render the frames `numbers` of a .blend that `folder` does not hold of this file and these settings already; returns all images.
+    """Render the frames that `folder` does not hold yet; returns the images of all.
 
-    `method` is what the results are called after. Interrupted, all frames that are written are whole, and the next call goes on from there.
-    InputError where a frame cannot be exported; those before it are written.
+    blend, view: the file, and what of it is rendered.
+    numbers: the frames that are wanted; one that is there of this file and these settings is kept.
+    method: what the results are called after; empty for the guide.
+    blender: the executable that exports the frames; None takes the bpy module.
+    Interrupted, it leaves whole frames, and the next call goes on from there. InputError where a frame cannot be exported; those before
+    it are written.
     """
     with exporting_frames(blend, view, blender) as exporter:
         with progress.bar("compiling kernels (once after an update)", 1):  # while Blender opens the file
             warm_up(settings.guide, machine)
         with progress.bar(f"opening {blend.name}", 1):
             source = exporter.source()
-        due = [number for number in numbers if not _is_finished(folder, Frame(number, source), settings, progress)]
+        due = [number for number in numbers if not _is_finished(folder, Frame(number, source), settings)]
         for number in set(numbers) - set(due):
             in_folder(folder, Frame(number, source).suffix).remove()  # it was killed after its result was there
-        _tell_kept(folder, numbers, due, progress)
+        _tell_kept(folder, numbers, due)
         with progress.bar("", len(due)) as advance:
-            began, lost = time.monotonic(), 0
+            began, incomplete = time.monotonic(), 0
             for done, (number, scene) in enumerate(_exported(exporter, due)):
 
-                def on_pass(state: Result, done: int = done, number: int = number) -> None:
-                    advance(done + share(state, settings), description=f"{blend.name}, frame {number}")
+                def on_pace(pace: Pace, done: int = done, number: int = number) -> None:
+                    advance(done + pace.share, description=f"{blend.name}, frame {number}")
 
-                if not done:
-                    forewarn(scene, [settings], machine)
-                frame = Frame(number, source)
-                checkpoint = in_folder(folder, frame.suffix)
-                result = render(scene, settings, machine, on_pass, on_pass, checkpoint)
-                save_run(folder, scene, method, settings, machine, result, None, frame=frame)
-                checkpoint.remove()
+                task = Task(folder, scene, settings, method, frame=Frame(number, source), forewarned=done > 0)
+                result = produce(task, machine, on_pace)
                 each = (time.monotonic() - began) / (done + 1)
                 left = timedelta(seconds=round(each * (len(due) - done - 1)))
-                progress.note(f"frame {number}: {result.seconds:.1f} s ({done + 1} of {len(due)}, about {left} to go)")
-                lost += bool(scene.coverage)
-    if lost:
-        progress.note(f"{blend.name}: in {lost} frame(s) something was left out or replaced; `rlg export --frame N` lists it")
+                tell(f"frame {number}: {result.seconds:.1f} s ({done + 1} of {len(due)}, about {left} to go)")
+                if scene.coverage:
+                    incomplete += 1
+    if incomplete:
+        tell(f"{blend.name}: in {incomplete} frame(s) something was left out or replaced; `rlg export --frame N` lists it")
     return [folder / f"image{Frame(number, source).suffix}.exr" for number in numbers]
 
 
-def _is_finished(folder: Path, frame: Frame, settings: Render, progress: Progress) -> bool:
-    """Whether a frame is there from before; a line tells what of it is not believed."""
+def _is_finished(folder: Path, frame: Frame, settings: Render) -> bool:
+    """Whether a frame is there from before. A damaged one is not, and a line says so."""
     try:
         return finished_frame(folder, frame, settings) is not None
     except InputError as error:
-        progress.note(f"{error}; the frame is rendered again")
+        tell(f"{error}; the frame is rendered again")
         return False
 
 
-def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int], progress: Progress) -> None:
-    """Say how many frames are kept, and how many are there but not of this file and these settings, and so are rendered again."""
+def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int]) -> None:
+    """Tell how many frames are kept. Tell how many are rendered again, as they are of another file or of other settings."""
     if len(due) < len(numbers):
-        progress.note(f"{len(numbers) - len(due)} of {len(numbers)} frames are done")
+        tell(f"{len(numbers) - len(due)} of {len(numbers)} frames are done")
     other = [number for number in due if (folder / f"result{Frame(number, '').suffix}.json").exists()]
     if other:
-        progress.note(f"{len(other)} frame(s) were made with other settings or of another state of the file: they are rendered again")
+        tell(f"{len(other)} frame(s) were made with other settings or of another state of the file: they are rendered again")
 
 
 def _exported(exporter: Frames, numbers: Sequence[int]) -> Iterator[tuple[int, SceneData]]:
-    """Each frame, while the one after it is being exported."""
+    """Yield each frame. Blender exports the next one meanwhile."""
     for number in numbers[:1]:
         exporter.ask(number)
     for number, following in zip_longest(numbers, numbers[1:]):

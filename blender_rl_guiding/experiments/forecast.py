@@ -1,16 +1,18 @@
-"""How far a set of runs has come, and when all of it will be done: by what runs alike have taken, and those under way will take."""
+"""How far a set of runs has come, and when it will be done: runs take as long as runs alike took, or as their own pace says."""
 
 import statistics
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from datetime import timedelta
 
+from ..pace import Pace
+from .pool import Outcome
 from .probe import learns
-from .tasks import Outcome, Pace, Task
+from .runs import Task
 
 
 class Forecast:
-    """Counts runs that end, and weighs those to come by the seconds that runs alike took."""
+    """Counts runs that end. Those to come are taken to need as many seconds as runs alike."""
 
     def __init__(self, due: Sequence[Task], jobs: int) -> None:
         self._due, self._jobs, self._count = list(due), jobs, len(due)
@@ -33,38 +35,42 @@ class Forecast:
 
     @property
     def done(self) -> float:
-        """Seconds of work that are behind us."""
-        return sum(self._all) + sum(pace.share * pace.seconds for pace in self._paces.values())
+        """Seconds of work done."""
+        return sum(self._all) + self._under_way
 
     @property
     def total(self) -> float:
-        """Seconds of work in all, as far as one can tell."""
+        """Seconds of work in all; a run of an unknown kind counts as the mean of those that ended."""
         unknown = statistics.fmean(self._all) if self._all else 1.0
         return sum(self._all) + sum(self._expected(task) or unknown for task in self._due)
 
     def __str__(self) -> str:
-        """As in "3 of 40, about 0:12:30 to go". It names the methods that it leaves out because nothing like them has run."""
+        """As in "3 of 40, about 0:12:30 to go". Methods without a run alike are not counted, but named."""
         ended = f"{self._count - len(self._due)} of {self._count}"
         if not self._due or not self._all:
             return ended
         known = [expected for task in self._due if (expected := self._expected(task))]
-        behind = sum(pace.share * pace.seconds for pace in self._paces.values())
-        left = timedelta(seconds=round((sum(known) - behind) / self._jobs))
+        left = timedelta(seconds=round((sum(known) - self._under_way) / self._jobs))
         unknown = ", ".join(dict.fromkeys(task.method for task in self._due if not self._expected(task)))
         if not unknown:
             return f"{ended}, about {left} to go"
         untimed = f"{unknown}, whose learning has not been timed yet"
         return f"{ended}, about {left} to go and {untimed}" if known else f"{ended}, to go: {untimed}"
 
+    @property
+    def _under_way(self) -> float:
+        """Seconds that the runs under way have taken."""
+        return sum(pace.seconds for pace in self._paces.values())
+
     def _expected(self, task: Task) -> float | None:
-        """Seconds of a run, or None while nothing is known of its kind."""
+        """Seconds of a run in all; None while no run alike has ended."""
         if task in self._paces:
-            return self._paces[task].seconds
+            return self._paces[task].seconds + self._paces[task].left
         return next((statistics.fmean(self._seconds[likeness]) for likeness in _likenesses(task) if likeness in self._seconds), None)
 
 
 def _likenesses(task: Task) -> Iterator[tuple[str, ...]]:
-    """What runs that take about as long have in common, the best likeness first. Learning takes longer than all else."""
+    """The keys of runs that take about as long, the best likeness first. Learning takes longer than all else."""
     yield task.method, task.scene.name
     yield (task.method,)
     yield ("", task.settings.guide.kind if learns(task.settings.guide) else "")

@@ -1,6 +1,7 @@
 """What a guide has learnt, as pictures: the states of its table over the image, and Q at one point beside the truth."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,16 @@ from ..guiding.cells import CellTable
 from ..guiding.directions import UNKNOWN
 from ..images import png
 from ..render import Result
+from ..render.beforehand import forewarn
 from ..report import discs
 from ..report.disc_figure import Disc, Group, figure
 from ..scene.data import SceneData
 from ..settings import Guide as GuideSettings
 from ..settings import Machine, Render
 from . import probe, truth
+from .produce import produce
+from .progress import Progress
+from .runs import Task
 
 GREY, WHITE, BLACK = 128, 255, 0
 _SIDE = 1.9  # inches
@@ -33,6 +38,17 @@ def find(scene: SceneData, asked: Sequence[int] | None, machine: Machine) -> pro
     if point := probe.find(scene, pixel, machine):
         return point
     raise InputError(f"pixel {pixel} of scene {scene.name!r} sees no surface that reflects: name another by --pixel X Y")
+
+
+def inspect(task: Task, asked: Sequence[int] | None, machine: Machine, progress: Progress) -> list[Path]:
+    """Make a run, and the pictures of what its guide has learnt at a pixel; returns their paths. InputError as in `find` and `produce`."""
+    forewarn(task.scene, [task.settings], machine)
+    point = find(task.scene, asked, machine)
+    with progress.bar("Learning", 1) as advance:
+        result = produce(replace(task, probe=point, forewarned=True), machine, lambda pace: advance(pace.share))
+    assert task.folder
+    with progress.bar("Measuring the light that arrives", 1):
+        return write(task.folder, task.scene, point, task.settings, machine, result)
 
 
 def write(folder: Path, scene: SceneData, point: probe.Point, settings: Render, machine: Machine, result: Result) -> list[Path]:

@@ -1,4 +1,4 @@
-"""Several runs at a time, each in a process of its own: Numba's threads and torch's have one owner, and a crash is one run's."""
+"""Several runs at a time, each in a process of its own: a crash ends one run, and the threads of Numba and torch have one owner."""
 
 import contextlib
 import multiprocessing
@@ -10,28 +10,38 @@ from dataclasses import replace
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 from ..children import fate
+from ..errors import InputError
 from ..notices import heard_by, tell
+from ..pace import Pace
 from ..render import warm_up
 from ..settings import Machine
-from .tasks import Outcome, Pace, Task, attempt
+from .produce import OnPace, produce
+from .runs import Task
 
 PATIENCE = 1.0  # seconds that a child has to leave whole files behind before it is killed
 
-OnPace = Callable[[Task, Pace], None]
-OnEnd = Callable[[Task, Outcome], None]
+
+class Outcome(NamedTuple):
+    """How a run ended, in one line, and its seconds; None where it failed."""
+
+    text: str
+    seconds: float | None
 
 
-def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnPace, on_end: OnEnd) -> None:
-    """Do all runs, `jobs` at a time; with 1 in this process. Both callbacks are called in this process.
+def perform_all(
+    tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: Callable[[Task, Pace], None], on_end: Callable[[Task, Outcome], None]
+) -> None:
+    """Do all runs, `jobs` at a time; with 1 in this process. Images do not depend on `jobs`.
 
-    Images do not depend on `jobs`. A run that fails, or whose process dies, ends as an Outcome without seconds, and the others go on.
+    on_pace, on_end: are called in this process.
+    A run that fails, or whose process dies, ends as an Outcome without seconds. The others go on.
     """
     if jobs == 1:
         for task in tasks:
-            on_end(task, attempt(task, machine, lambda pace, task=task: on_pace(task, pace)))
+            on_end(task, _attempt(task, machine, lambda pace, task=task: on_pace(task, pace)))
         return
     waiting = iter(tasks)
     with _Workers(min(jobs, len(tasks)), replace(machine, threads=threads_each(machine, jobs))) as workers:
@@ -52,6 +62,15 @@ def perform_all(tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: OnP
                     workers.lively(worker).give(following)
 
 
+def _attempt(task: Task, machine: Machine, on_pace: OnPace) -> Outcome:
+    """Do a run of a comparison; one that fails must not end the others."""
+    try:
+        result = produce(task, machine, on_pace)
+    except (InputError, FloatingPointError) as error:
+        return Outcome(str(error), None)
+    return Outcome(f"{result.seconds:.1f} s, mape_display {result.curve[-1]['mape_display']:.4f}", result.seconds)
+
+
 def threads_each(machine: Machine, jobs: int) -> int:
     """Rendering threads of each of `jobs` processes."""
     return max(1, (machine.threads or os.cpu_count() or 1) // jobs)
@@ -65,8 +84,8 @@ class _Worker:
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, machine), daemon=True)
         self.task: Task | None = None
-        # A child inherits what is blocked: Ctrl-C reaches every process of a terminal, but who ends when is the parent's to decide.
-        resource_tracker.ensure_running()  # the first start would do it, and unblock the signal before the child is there
+        # Ctrl-C reaches every process of a terminal. The parent decides who ends: a child inherits the blocked signal.
+        resource_tracker.ensure_running()  # or the first start would, and unblock the signal before the child is there
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self.process.start()
@@ -80,7 +99,7 @@ class _Worker:
             self.pipe.send(task)
 
     def hear(self) -> tuple[Task, Pace | str | Outcome]:
-        """The task at hand with how far it has come, a line to be noted, or how it ended."""
+        """The task at hand, and its pace, a line for the user, or its outcome."""
         task = self.task
         assert task
         try:
@@ -94,7 +113,7 @@ class _Worker:
 
 
 class _Workers:
-    """A number of children, none of which outlives the block."""
+    """Several children. None outlives the block."""
 
     def __init__(self, count: int, machine: Machine) -> None:
         self._machine = machine
@@ -107,7 +126,7 @@ class _Workers:
         return {worker.pipe: worker for worker in self.all if worker.task}
 
     def lively(self, worker: _Worker) -> _Worker:
-        """The worker, or if it has died another in its place."""
+        """The worker; another in its place if it has died."""
         if worker.process.exitcode is None:
             return worker
         successor = _Worker(self._machine)
@@ -122,11 +141,11 @@ class _Workers:
             worker.process.terminate()
         for worker in self.all:
             worker.process.join(PATIENCE)
-            worker.process.kill()  # which does nothing to one that has ended
+            worker.process.kill()  # does nothing to one that has ended
 
 
 def _serve(pipe: Connection, machine: Machine) -> None:
-    """A child's life: does the tasks that come through the pipe until its parent or a signal ends it, or the parent is killed."""
+    """A child's life: it does the tasks from the pipe until its parent ends, or a signal comes."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as an exception, so that no file is left half-written
     ready: set[str] = set()
@@ -138,7 +157,7 @@ def _serve(pipe: Connection, machine: Machine) -> None:
                 if kind not in ready:
                     warm_up(task.settings.guide, machine)
                     ready.add(kind)
-                pipe.send(attempt(task, machine, pipe.send))
+                pipe.send(_attempt(task, machine, pipe.send))
     except (EOFError, ConnectionError):
         return
     except KeyboardInterrupt:
@@ -146,7 +165,7 @@ def _serve(pipe: Connection, machine: Machine) -> None:
 
 
 def _end_with_parent() -> None:
-    """At once, or a run would go on until it has something to tell."""
+    """End with the parent, and at once: a run would go on until it has something to tell."""
     parent = multiprocessing.parent_process()
     assert parent
     parent.join()

@@ -1,4 +1,4 @@
-"""What long work shows: a bar with an estimate on a terminal, a line for each finished step everywhere."""
+"""What long work shows: how far its steps are. Lines that stay are told by `notices.tell`."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -14,19 +14,15 @@ from ..strings import printable
 
 
 class Progress(Protocol):
-    """Who is told how far long work is."""
-
-    def note(self, text: str) -> None:
-        """A line that stays."""
-        ...
+    """Shows how far long work is."""
 
     def bar(self, description: str, total: float) -> AbstractContextManager[Callable[..., None]]:
-        """A bar for the length of the block; call what it yields with the number done so far, and with `total` or `description` anew."""
+        """A bar for the length of the block. It yields a function of the number done so far, and of a new `total` or `description`."""
         ...
 
 
 class Terminal:
-    """Progress on stderr, so that stdout holds results alone. Use as a context manager."""
+    """Bars with an estimate, and the lines of `notices`, on stderr: stdout holds results alone. Use as a context manager."""
 
     def __init__(self) -> None:
         self.console = Console(stderr=True, highlight=False)
@@ -41,7 +37,7 @@ class Terminal:
         self._notices = ExitStack()
 
     def __enter__(self) -> Self:
-        self._notices.enter_context(heard_by(self.note))
+        self._notices.enter_context(heard_by(self._note))
         if self.console.is_interactive:  # elsewhere rich would only add an empty line at the end
             self._bars.start()
         return self
@@ -51,8 +47,8 @@ class Terminal:
             self._bars.stop()
         self._notices.close()
 
-    def note(self, text: str) -> None:
-        """See `Progress`; one line, too, where it goes into a file."""
+    def _note(self, text: str) -> None:
+        """Print a line that stays; one line, too, where it goes into a file."""
         self.console.print(printable(text), markup=False, emoji=False, soft_wrap=True)
 
     @contextmanager

@@ -9,6 +9,8 @@ from typing import NamedTuple
 from ..comparison import Comparison
 from ..errors import InputError, atomic, check_inside
 from ..images import sha256, write_exr
+from ..notices import tell
+from ..pace import Pace
 from ..render import warm_up
 from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
@@ -18,12 +20,11 @@ from ..scene.data import SceneData
 from ..settings import BSDF, MOST_RUNS, Machine, Render
 from ..strings import fault_of_name, printable
 from .forecast import Forecast
-from .pool import perform_all
+from .pool import Outcome, perform_all
 from .probe import Point, learns, pixel_of
 from .progress import Progress
 from .references import Given, read_given, reference
-from .runs import RENDERED, Judge, finished_run, judged_again
-from .tasks import Outcome, Pace, Task
+from .runs import RENDERED, Judge, Task, finished_run, judged_again
 from .truth import kept
 
 
@@ -57,7 +58,7 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     for experiment in experiments:
         _describe(experiment)
     places = [place for experiment in experiments for place in _places(experiment)]
-    finished = {place.folder: record for place in places if (record := _finished(place, progress))}
+    finished = {place.folder: record for place in places if (record := _finished(place))}
     if unfinished := [place for place in places if place.folder not in finished]:
         _prepare(experiments, unfinished, machine, jobs, progress)
     due: list[Task] = []
@@ -80,7 +81,7 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
             nonlocal failed
             failed += outcome.seconds is None
             forecast.end(task, outcome)
-            progress.note(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
+            tell(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
 
         perform_all(due, machine, jobs, on_pace, on_end)
     return failed
@@ -103,12 +104,12 @@ def _places(experiment: Experiment) -> Iterator[_Place]:
                 yield _Place(scene, name, experiment.folder / scene.name / name / f"seed-{seed}", replace(method, seed=seed))
 
 
-def _finished(place: _Place, progress: Progress) -> Record | None:
+def _finished(place: _Place) -> Record | None:
     """The record of a run that is done; None if there is none or it is damaged, which a line tells."""
     try:
         return finished_run(place.folder, place.scene, place.settings)
     except InputError as error:
-        progress.note(f"{error}; the run is made again")
+        tell(f"{error}; the run is made again")
         return None
 
 
@@ -118,17 +119,17 @@ def _due(experiment: Experiment, finished: Mapping[Path, Record], machine: Machi
     probes = {scene.name: _probe(scene, experiment, machine, progress) for scene in experiment.scenes}
     due = []
     for scene, method, folder, settings in _places(experiment):
-        task = Task(folder, scene, judges[scene.name], method, settings, probes[scene.name])
+        task = Task(folder, scene, settings, method, judges[scene.name], probes[scene.name], forewarned=True)
         if record := finished.get(folder):
             in_folder(folder).remove()  # it was killed after its result was there
             try:
-                anew = judged_again(folder, record, task.judge)
+                anew = judged_again(folder, record, judges[scene.name])
             except InputError as error:
-                progress.note(f"{task.label}: {error}; the run is made again")
+                tell(f"{task.label}: {error}; the run is made again")
             else:
                 if anew != record:
                     result_file.write(folder / "result.json", anew)
-                progress.note(f"{task.label}: done before")
+                tell(f"{task.label}: done before", again=True)
                 continue
         due.append(task)
     return due
@@ -208,7 +209,7 @@ def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progr
         write_exr(path, truth, {"scene_key": scene.key, "sha256": digest, "about": given.about})
         return Judge(truth, digest)
     spp = experiment.comparison.reference_spp
-    progress.note(f"{scene.name}: reference of {spp} samples per pixel, kept for the next time")
+    tell(f"{scene.name}: reference of {spp} samples per pixel, kept for the next time", again=True)
     with progress.bar(f"{scene.name}: reference", 1) as advance:
         truth = reference(scene, experiment.comparison.max_bounces(), spp, machine, advance)
     write_exr(path, truth, {"scene_key": scene.key, "sha256": sha256(truth), "spp": str(spp)})
@@ -224,5 +225,5 @@ def _probe(scene: SceneData, experiment: Experiment, machine: Machine, progress:
     with progress.bar(f"{scene.name}: radiance that arrives at pixel {pixel}", 1):
         point = kept(path, scene, pixel, asked.max_bounces(), machine)
     if point is None:
-        progress.note(f"{scene.name}: pixel {pixel} sees no surface that reflects: no picture of what is learnt; --probe X Y names another")
+        tell(f"{scene.name}: pixel {pixel} sees no surface that reflects: no picture of what is learnt; --probe X Y names another")
     return point

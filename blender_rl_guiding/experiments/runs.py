@@ -4,7 +4,7 @@ import hashlib
 import json
 import platform
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from ..report.result_file import Learnt, Record
 from ..scene.data import SceneData
 from ..schema import to_dict
 from ..settings import Machine, Render, recorded
+from .probe import Point
 
 RENDERED = "rendered"  # the key of references that are rendered here: they only get better
 ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by
@@ -30,7 +31,7 @@ class Frame(NamedTuple):
     """One of an animation: its files have numbers, and lie in one folder."""
 
     number: int
-    source: str  # what it was made of, see `scene.frames`
+    source: str  # the key of the file and view that it was made of, see `opening.frames`
 
     @property
     def suffix(self) -> str:
@@ -39,46 +40,63 @@ class Frame(NamedTuple):
 
 
 class Judge(NamedTuple):
-    """What runs are judged by."""
+    """The reference of a scene's runs."""
 
-    truth: np.ndarray  # the reference image
-    key: str  # what tells it from another: the SHA-256 of its pixels, or `RENDERED`
+    truth: np.ndarray  # the image, (H, W, 3) float32
+    key: str  # the SHA-256 of its pixels, or `RENDERED`
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A run to be made. It can be pickled."""
+
+    folder: Path | None  # None saves nothing
+    scene: SceneData
+    settings: Render
+    method: str = ""  # its name in the results; empty for the guide's
+    judge: Judge | None = None
+    probe: Point | None = None  # where the guide is asked what it has learnt
+    frame: Frame | None = None  # of an animation
+    forewarned: bool = False  # whether the caller has called `forewarn`, for several runs at once
+    keeps_unfinished: bool = False  # whether the finished samples are saved where Ctrl-C ends it
+
+    @property
+    def label(self) -> str:
+        """The run's name for people."""
+        return f"{self.scene.name} {self.method} seed {self.settings.seed}"
+
+    @property
+    def suffix(self) -> str:
+        """What the names of its files end with."""
+        return self.frame.suffix if self.frame else ""
 
 
 def save_run(
-    folder: Path,
-    scene: SceneData,
-    method: str,
-    settings: Render,
-    machine: Machine,
-    result: Result,
-    metrics: dict[str, float] | None,
-    probe: dict[str, Any] | None = None,
-    judged_by: str | None = None,
-    frame: Frame | None = None,
+    task: Task, machine: Machine, result: Result, metrics: dict[str, float] | None = None, learnt: dict[str, Any] | None = None
 ) -> None:
-    """Write a run, or a frame of an animation. `metrics` and the key `judged_by` are None where there is no reference, `probe` where
-    nothing was learnt (see `probe.described`).
+    """Write a run, or a frame of an animation; nothing of one without a folder. InputError where the folder cannot be written.
 
-    InputError where the folder cannot be written.
+    metrics: errors against the reference, if there is one.
+    learnt: see `probe.described`.
     """
-    described = to_dict(settings)
+    scene, settings, folder = task.scene, to_dict(task.settings), task.folder
+    if not folder:
+        return
     header = {
-        "settings": json.dumps(described),
+        "settings": json.dumps(settings),
         "scene_key": scene.key,
         "scene": scene.name,
         "program": f"blender_rl_guiding {__version__}",
     }
-    suffix = frame.suffix if frame else ""
-    told = folder / f"result{suffix}.json"
+    told = folder / f"result{task.suffix}.json"
     with suppress(OSError):  # which the images meet with as well, and report
-        told.unlink(missing_ok=True)  # or it would tell of an image that it was not written for, if this is interrupted
-    images = _write_images(folder, suffix, result, settings, header)
+        told.unlink(missing_ok=True)  # an interrupt here must not leave the record of another image
+    images = _write_images(folder, task.suffix, result, task.settings, header)
     record = Record(
         scene=scene.name,
         scene_key=scene.key,
-        method=method,
-        seed=settings.seed,
+        method=task.method or task.settings.guide.kind,
+        seed=task.settings.seed,
         spp=result.film.samples,
         finished=result.finished,
         resolution=(scene.camera.width, scene.camera.height),
@@ -86,27 +104,27 @@ def save_run(
         learn_seconds=result.learn_seconds,
         rays=result.rays,
         metrics=metrics,
-        judged_by=judged_by,
-        settings=described,
+        judged_by=task.judge.key if task.judge else None,
+        settings=settings,
         machine=to_dict(machine) | {"system": platform.platform(), "processor": platform.machine()},
         versions=versions(),
         curve=tuple(result.curve),
         losses=tuple(float(f"{loss:.5g}") for loss in result.losses),
-        probe=Learnt(**probe) if probe else None,
+        probe=Learnt(**learnt) if learnt else None,
         images={path.name: _sha256(path) for path in images},
-        frame=frame.number if frame else None,
-        source=frame.source if frame else None,
+        frame=task.frame.number if task.frame else None,
+        source=task.frame.source if task.frame else None,
     )
     result_file.write(told, record)
 
 
 def _names(suffix: str) -> tuple[str, str, str]:
-    """Of the EXR files that a run may have."""
+    """The names of a run's EXR files: the image, its passes, and without noise."""
     return f"image{suffix}.exr", f"passes{suffix}.exr", f"denoised{suffix}.exr"
 
 
 def _write_images(folder: Path, suffix: str, result: Result, settings: Render, header: dict[str, str]) -> list[Path]:
-    """Returns the EXR files."""
+    """Write the images; returns the EXR files."""
     film, layers = result.film, result.film.layers()
     image, passes, clean = (folder / name for name in _names(suffix))
     if not layers:
@@ -127,21 +145,21 @@ def _write_images(folder: Path, suffix: str, result: Result, settings: Render, h
 
 
 def _write_image(path: Path, pixels: np.ndarray, header: dict[str, str]) -> None:
-    """An image twice: its numbers, and what an eye sees of it."""
+    """Write an image twice: its numbers as EXR, and a PNG for the eye."""
     write_exr(path, pixels, header)
     write_png(path.with_suffix(".png"), pixels)
 
 
 def finished_run(folder: Path, scene: SceneData, settings: Render) -> Record | None:
-    """The finished run of just these settings, scene and program version that the folder holds; None where it holds none, or another.
+    """The finished run in a folder; None where there is none, or one of another scene, other settings or another version.
 
-    InputError on one that is damaged, or whose images are not those that were written with it.
+    InputError where it is damaged, or an image is not the one that was written with it.
     """
     return _finished(folder, "", settings, scene_key=scene.key)
 
 
 def finished_frame(folder: Path, frame: Frame, settings: Render) -> Record | None:
-    """The same of a frame of an animation, by what it was made of."""
+    """The same for a frame of an animation; its source stands for the scene."""
     return _finished(folder, frame.suffix, settings, source=frame.source)
 
 
@@ -157,7 +175,7 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
     if not record.sha256 or names[0] not in record.images:
         raise InputError(f"{path} does not say what {names[0]} has to be: it is of an earlier version")
     for name, digest in record.images.items():
-        if name not in names:  # whoever wrote the record may have sealed any path
+        if name not in names:  # anyone can seal a record of any path
             raise InputError(f"{path} names {name!r}, which is no image of a run")
         if _sha256(folder / name) != digest:
             raise InputError(f"{folder / name} is not the image that {path.name} is of")
@@ -165,7 +183,7 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
 
 
 def _sha256(path: Path) -> str:
-    """The checksum of a file inside its folder. That of its pixels would take far longer: they are compressed."""
+    """The checksum of a file inside its folder. One of the pixels would take far longer: they are compressed."""
     check_inside(path.parent, path)
     try:
         with typed.opened(path) as file:
@@ -175,10 +193,10 @@ def _sha256(path: Path) -> str:
 
 
 def judged_again(folder: Path, record: Record, judge: Judge) -> Record:
-    """A finished run with metrics that are up to date: the reference may have got better since, or be another.
+    """A finished run with its metrics against the reference as it is now.
 
-    InputError where its image is none, or no image of such a scene.
-    Its curve's errors stay as they were judged by a lesser reference, but not by another: there is no image any more to judge.
+    Keeps the curve's errors if the reference only gained samples; drops them if it is another image.
+    InputError where the run's image cannot be read, or is of another size.
     """
     curve, metrics = record.curve, compare(read_exr(folder / "image.exr")[0], judge.truth)
     if (record.judged_by or RENDERED) != judge.key:
@@ -188,6 +206,6 @@ def judged_again(folder: Path, record: Record, judge: Judge) -> Record:
 
 
 def versions() -> dict[str, str]:
-    """Of this program, Python, and the libraries that decide what a run looks like."""
+    """The versions of this program, of Python, and of the libraries that pixels depend on."""
     packages = ("numpy", "torch", "embreex", "numba")
     return {"blender_rl_guiding": __version__, "python": platform.python_version()} | {name: metadata.version(name) for name in packages}

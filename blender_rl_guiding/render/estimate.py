@@ -1,26 +1,26 @@
-"""How far a render has come, and how long it will still take: samples take equally long, and so do training steps."""
+"""How long a render will still take: samples take equally long, and so do training steps."""
 
+from ..pace import Pace
 from ..settings import DQN, Render
 from .result import Result
 
 
-def left(state: Result, settings: Render) -> float:
-    """Seconds that remain: tracing and learning, each by what it took so far; no more than the time limit leaves."""
-    samples = state.taken
-    tracing = (state.seconds - state.learn_seconds) / samples * (settings.spp - samples)
-    done, to_do = _learning(state, settings)
-    seconds = tracing + (state.learn_seconds / done * to_do if done else 0.0)
-    return min(seconds, max(0.0, settings.seconds - state.seconds)) if settings.seconds else seconds
+def pace(state: Result, settings: Render) -> Pace:
+    """The pace of a render under way.
+
+    left = min(t_traced N_to_come / N_taken + t_learnt W_to_come / W_done, limit - t), with N samples of all pixels, W units of learning.
+    The render itself finds N_to_come after each pass, see `noise.needed`.
+    """
+    learnt, to_learn = _learning(state, settings, passes=max(0, min(state.rounds, settings.spp - 1 - state.taken)))
+    left = (state.seconds - state.learn_seconds) * state.ahead + (state.learn_seconds * to_learn / learnt if learnt else 0.0)
+    if settings.seconds:
+        left = min(left, max(0.0, settings.seconds - state.seconds))
+    return Pace(state.seconds, left)
 
 
-def share(state: Result, settings: Render) -> float:
-    """The share of the render's time that is behind us, 0..1."""
-    return state.seconds / max(state.seconds + left(state, settings), 1e-9)
-
-
-def _learning(state: Result, settings: Render) -> tuple[int, int]:
-    """How much is learnt, and how much is to come: steps of training, or passes of a sample. Nothing is learnt from the last pass."""
-    guide, done, passes = settings.guide, state.taken, max(0, settings.spp - 1 - state.taken)
+def _learning(state: Result, settings: Render, passes: int) -> tuple[int, int]:
+    """Units of learning that are done, and that `passes` more will do: steps of training, or passes. The last sample teaches nothing."""
+    guide = settings.guide
     if not isinstance(guide, DQN):
-        return done, passes
+        return state.taken, passes
     return state.steps, min(max(0, guide.first_steps - state.steps) + passes * guide.steps, guide.max_steps - state.steps)

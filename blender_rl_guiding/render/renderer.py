@@ -15,6 +15,7 @@ from ..settings import Guide as GuideSettings
 from .checkpoint import Checkpoint
 from .film import Film
 from .needs import require
+from .noise import needed
 from .passes import PassTracer
 from .result import Result
 from .stage import wants_passes
@@ -22,7 +23,6 @@ from .stage import wants_passes
 PATHS_PER_PASS = 1 << 20  # at most, of a guide that does not learn
 CHECKED_EVERY = 4  # samples between two looks at the clock or the noise, at most
 TOLD_EVERY = 0.1  # seconds between two calls of `on_step`, at least
-LEAST_SAMPLES = 16  # before the noise of a pixel is believed
 
 
 def render(
@@ -45,20 +45,18 @@ def render(
         film = Film(scene.camera.width, scene.camera.height, scene.film.exposure, wants_passes(scene, settings))
         return Result(film, make_guide(settings.guide, scene, settings.seed))
 
-    result = begun()
+    result, pixels = begun(), np.arange(scene.camera.width * scene.camera.height)
     learning = result.guide.wanted() > 0
     tracer = PassTracer(scene, settings, machine, learning)
     if checkpoint and (before := checkpoint.taken_up(scene, settings, machine, begun)):
         result = before
         tracer.rays, tracer.vertices_per_path = result.rays, result.vertices_per_path
+        pixels = _look_ahead(result, settings)
         if on_pass:
             on_pass(result)
     guide, film = result.guide, result.film
-    pixels = np.arange(scene.camera.width * scene.camera.height)
-    for first, count in _rounds(settings, len(pixels), learning, result.taken):
+    for first, count in _rounds(settings, film.counts.size, learning, result.taken):
         start = time.perf_counter() - result.seconds
-        if settings.noise and first >= LEAST_SAMPLES:
-            pixels = _noisy(film, settings.noise)
         if not len(pixels) or 0 < settings.seconds <= result.seconds:
             break
         if checkpoint and first:
@@ -66,6 +64,7 @@ def render(
         wanted = guide.wanted() if learning else 0  # the tracer has no room for any
         transitions = tracer.trace(guide.directions(), film, pixels, first, count, wanted)
         result.taken = first + count
+        pixels = _look_ahead(result, settings)
         result.rays, result.vertices_per_path = tracer.rays, tracer.vertices_per_path
         scalars = _learn(guide, transitions, result, start, on_step) if first + count < settings.spp else {}
         result.seconds = time.perf_counter() - start
@@ -112,11 +111,11 @@ def _rounds(settings: Render, pixels: int, learning: bool, first: int) -> Iterat
         first += count
 
 
-def _noisy(film: Film, threshold: float) -> np.ndarray:
-    """The pixels that are noisier than the threshold, and their neighbours."""
-    noisy = np.pad(film.noise() > threshold, 1)
-    noisy = noisy[:-2] | noisy[1:-1] | noisy[2:]
-    return np.flatnonzero(noisy[:, :-2] | noisy[:, 1:-1] | noisy[:, 2:])
+def _look_ahead(result: Result, settings: Render) -> np.ndarray:
+    """The pixels of the next pass, (n,) int64. Notes on the result how many samples are to come."""
+    more = needed(result.film, settings, result.taken)
+    result.ahead, result.rounds = float(more.sum() / result.film.counts.sum()), int(more.max())
+    return np.flatnonzero(more)
 
 
 def warm_up(guide: GuideSettings, machine: Machine) -> None:

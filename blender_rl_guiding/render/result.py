@@ -17,6 +17,8 @@ class Result:
     seconds: float = 0.0  # wall time of tracing and learning
     learn_seconds: float = 0.0
     taken: int = 0  # samples of each pixel, but for those that were not noisy any more
+    ahead: float = 0.0  # samples of all pixels to come, for each that is taken, see `noise.needed`
+    rounds: int = 0  # samples to come of the pixel that needs most
     steps: int = 0  # of training
     rays: int = 0  # closest-hit and shadow rays
     vertices_per_path: float = 0.0  # of the last pass

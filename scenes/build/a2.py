@@ -1,4 +1,4 @@
-"""Scene a2 of the slides: light from the whole back wall between two blocks, six spheres. Numbers estimated by eye."""
+"""Scene a2 of the slides: the back wall shines between two blocks, six spheres. Numbers estimated by eye."""
 
 from common import block, camera, finish, light, room, sphere, start
 

@@ -1,7 +1,7 @@
 """Scene b2 of the slides: fourteen spheres on the floor and under the ceiling, the right wall shines.
 
-Numbers as published, but for the light: it is published as z in [-1, 1], which makes the published picture up to four times too
-bright in front; z in [0.06, 1] was fitted to that picture.
+Numbers as published, except the light. Published is z in [-1, 1], but then the front is up to four times brighter than in the
+published picture. Here z is in [0.06, 1], fitted to that picture.
 """
 
 from common import camera, finish, light, room, sphere, start

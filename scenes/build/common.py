@@ -1,7 +1,7 @@
-"""What the scenes of the slides are built from: walls, spheres, lights, a camera and the settings for a fair comparison.
+"""Building blocks of the slides' scenes: walls, spheres, lights, a camera, and Cycles' settings for a fair comparison.
 
-Points are written as the slides write them, (x, y up, z into the picture), which is left-handed; `place` swaps y and z,
-and the pictures come out the right way round. Units are metres. Runs under the bpy module: python scenes/build/a1.py
+Points are those of the slides: x, y up, z into the picture, left-handed. `place` swaps y and z for Blender. Units are metres.
+Runs in the bpy module: python scenes/build/a1.py
 """
 
 import math
@@ -18,7 +18,7 @@ WHITE, RED, BLUE = (0.75, 0.75, 0.75), (0.75, 0.25, 0.25), (0.25, 0.25, 0.75)
 
 
 def place(point: Point) -> mathutils.Vector:
-    """From the slides' axes to Blender's."""
+    """A point of the slides in Blender's axes."""
     x, y, z = point
     return mathutils.Vector((x, z, y))
 
@@ -39,11 +39,11 @@ def start(name: str, resolution: int, max_bounces: int) -> None:
 
 
 def _set_up_cycles(cycles: bpy.types.bpy_struct, max_bounces: int) -> None:
-    """Switch off whatever makes Cycles' image differ from the plain integral."""
+    """Switch off whatever makes Cycles' image differ from the integral."""
     cycles.samples = 1024
     cycles.pixel_filter_type = "BOX"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
-    cycles.min_light_bounces = 1024  # no Russian roulette: its noise has nothing to do with what is compared
+    cycles.min_light_bounces = 1024  # no Russian roulette: its noise is not part of the comparison
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
     for kind in ("max", "diffuse", "glossy", "transmission"):
         setattr(cycles, f"{kind}_bounces", max_bounces)
@@ -71,7 +71,7 @@ def _material(name: str, node: str, output: str, color: Color, **inputs: float) 
 
 
 def _link(name: str, mesh: bpy.types.Mesh, material: bpy.types.Material) -> bpy.types.Object:
-    """The material is linked to the object, so that objects can share one mesh."""
+    """An object of the mesh. The object has the material, so objects can share one mesh."""
     thing = bpy.data.objects.new(name, mesh)
     bpy.context.scene.collection.objects.link(thing)
     thing.material_slots[0].link = "OBJECT"
@@ -80,7 +80,7 @@ def _link(name: str, mesh: bpy.types.Mesh, material: bpy.types.Material) -> bpy.
 
 
 def quad(name: str, low: Point, high: Point, facing: Point, material: bpy.types.Material) -> None:
-    """One rectangle between two opposite corners that agree in one coordinate, its front towards the point `facing`."""
+    """A rectangle between two opposite corners, which agree in one coordinate. Its front faces the point `facing`."""
     axis = next(i for i in range(3) if low[i] == high[i])
     u = (axis + 1) % 3
     corners = [list(low), list(low), list(high), list(high)]
@@ -95,7 +95,7 @@ def quad(name: str, low: Point, high: Point, facing: Point, material: bpy.types.
 
 
 def room(low: Point, high: Point, front: bool = True, floor: Color = WHITE) -> None:
-    """A box seen from inside, red to the left and blue to the right. Without its front it is open towards the camera."""
+    """A box seen from inside, red to the left, blue to the right. `front=False`: open towards the camera."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     middle = ((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2)
     white = diffuse("White", WHITE)
@@ -109,7 +109,7 @@ def room(low: Point, high: Point, front: bool = True, floor: Color = WHITE) -> N
 
 
 def block(name: str, low: Point, high: Point, color: Color, **sides: Color) -> None:
-    """A box seen from outside, without its bottom. `sides` (left, right, top, front, back) have colours of their own."""
+    """A box seen from outside, without a bottom. `sides`: other colours for left, right, top, front, back."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     far = 1e3
     faces = {
@@ -125,7 +125,7 @@ def block(name: str, low: Point, high: Point, color: Color, **sides: Color) -> N
 
 
 def light(low: Point, high: Point, facing: Point, radiance: float) -> None:
-    """A light that shines towards `facing` only: Cycles' emitters shine on both sides, so a black sheet of the same size lies behind."""
+    """A light that shines towards `facing` alone. Cycles' emitters shine to both sides, so a black sheet of the same size lies behind."""
     quad("Light", low, high, facing, emitter("Light", radiance))
     axis = next(i for i in range(3) if low[i] == high[i])
     behind = math.copysign(1.0, low[axis] - facing[axis])
@@ -134,12 +134,13 @@ def light(low: Point, high: Point, facing: Point, radiance: float) -> None:
 
 
 def _moved(point: Point, axis: int, distance: float) -> Point:
-    x, y, z = (value + distance * (i == axis) for i, value in enumerate(point))
-    return x, y, z
+    moved = list(point)
+    moved[axis] += distance
+    return moved[0], moved[1], moved[2]
 
 
 def sphere(name: str, centre: Point, radius: float, color: Color) -> None:
-    """A smooth sphere of 128 x 64; all of a scene share one mesh."""
+    """A smooth sphere of 128 x 64 faces. All spheres of a scene share one mesh."""
     mesh = bpy.data.meshes.get("Sphere") or _sphere_mesh()
     thing = _link(name, mesh, diffuse(name, color))
     thing.location = place(centre)
@@ -147,7 +148,7 @@ def sphere(name: str, centre: Point, radius: float, color: Color) -> None:
 
 
 def _sphere_mesh(segments: int = 128, rings: int = 64) -> bpy.types.Mesh:
-    """Radius 1, poles up and down. Blender's own operator numbers its faces differently each time."""
+    """Radius 1, poles up and down. Made here, because Blender's operator numbers faces differently each time."""
     rows, columns = range(1, rings), range(segments)
     points = [_on_sphere(math.pi * i / rings, math.tau * j / segments) for i in rows for j in columns]
     top, bottom = len(points), len(points) + 1
@@ -170,7 +171,7 @@ def _on_sphere(theta: float, phi: float) -> Point:
 
 
 def camera(eye: Point, target: Point, vfov: float) -> None:
-    """A pinhole with the given vertical field of view in degrees."""
+    """A pinhole camera with a vertical field of view in degrees."""
     data = bpy.data.cameras.new("Camera")
     data.sensor_fit = "VERTICAL"
     data.lens = data.sensor_height / 2 / math.tan(math.radians(vfov) / 2)
@@ -196,6 +197,6 @@ def save() -> None:
     scene = bpy.context.scene
     for browser in (space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "FILE_BROWSER"):
         if browser.params:
-            browser.params.directory = b""  # the home folder of whoever built the scene
+            browser.params.directory = b""  # the builder's home folder
     bpy.context.preferences.filepaths.save_version = 0  # no .blend1
     bpy.ops.wm.save_as_mainfile(filepath=str(SCENES / f"{scene.name}.blend"), compress=True)

@@ -1,4 +1,4 @@
-"""Renders the reference of the demo: `python scenes/build/reference.py` writes c1-reference.exr, 1024 samples per pixel in half floats."""
+"""`python scenes/build/reference.py` renders the demo's reference, c1-reference.exr: 1024 samples per pixel, half floats."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ SCENES = Path(__file__).resolve().parents[1]
 
 
 def main() -> None:
-    """Render, or take from the cache of references, and write."""
+    """Write the reference, rendered or from the cache of references."""
     image = reference(open_scene(SCENES / "c1.blend"), -1, SPP, Machine())
     attributes = {
         "compression": OpenEXR.ZIP_COMPRESSION,

@@ -1,8 +1,8 @@
-"""Our renders beside the published pictures, a PNG for each row of scenes in docs/, and the table of their differences.
+"""Writes our renders beside the published pictures, a PNG in docs/ for each row of scenes, and prints a table of differences.
 
 python scenes/build/side_by_side.py PUBLISHED RENDERS
 
-PUBLISHED holds a1.png to c3.png; RENDERS a folder for each scene, from `rlg render scenes/a1.blend --nee --denoise --out RENDERS/a1`.
+PUBLISHED has a1.png to c3.png. RENDERS has a folder for each scene, from `rlg render scenes/a1.blend --nee --denoise --out RENDERS/a1`.
 """
 
 import sys
@@ -19,7 +19,7 @@ GAP, TITLE = 4, 14
 
 
 def codes(linear: np.ndarray) -> np.ndarray:
-    """The encoding of the published pictures: sqrt of the radiance clipped to 0..1."""
+    """Radiance as in the published pictures: sqrt(clip(radiance, 0, 1))."""
     return np.sqrt(np.clip(linear, 0, 1))
 
 
@@ -33,12 +33,12 @@ def pair(name: str, published: Path, renders: Path) -> tuple[np.ndarray, np.ndar
 
 
 def differences(ours: np.ndarray, theirs: np.ndarray) -> tuple[float, float]:
-    """Mean absolute difference as the pictures are, and with theirs moved back: they lie one pixel to the right and below."""
+    """(mean absolute difference, the same with theirs moved by a pixel): theirs lie one pixel to the right and below."""
     return float(np.abs(ours - theirs).mean()), float(np.abs(ours[:-1, :-1] - theirs[1:, 1:]).mean())
 
 
 def strip(names: list[str], pairs: dict[str, tuple[np.ndarray, np.ndarray]]) -> Image.Image:
-    """The pairs of one row, each under its title."""
+    """The pairs of one row, with their titles above."""
     size = len(pairs[names[0]][0])
     sheet = Image.new("RGB", (6 * (size + GAP) - GAP, TITLE + size), "white")
     draw = ImageDraw.Draw(sheet)

@@ -15,11 +15,11 @@ Export = Callable[[], SceneData]
 
 @pytest.fixture(scope="session")
 def exported() -> Iterator[list[SceneData]]:
-    """What the engine's last renders gave; registers the add-on and the engine."""
+    """The exported scenes of the last render. Registers the add-on and the engine."""
     outcomes: list[SceneData] = []
 
     class Capture(Exporter):
-        """Keeps what it exports, without an image."""
+        """Keeps the exported scene and makes no image."""
 
         bl_idname = "RL_GUIDED_TEST"
         bl_label = "RL Guided Test"
@@ -37,7 +37,7 @@ def exported() -> Iterator[list[SceneData]]:
 @pytest.fixture
 def scene(exported: list) -> bpy.types.Scene:
     """An empty scene with a camera and a grey world."""
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # without reloading the add-ons, which takes longest
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # quick: it does not reload the add-ons
     scene = bpy.context.scene
     scene.render.engine = "RL_GUIDED_TEST"
     scene.render.resolution_x = scene.render.resolution_y = 16
@@ -51,7 +51,7 @@ def scene(exported: list) -> bpy.types.Scene:
 
 @pytest.fixture
 def run(scene: bpy.types.Scene, exported: list) -> Export:
-    """Export the scene; InputError as the engine would show it."""
+    """Exports the scene. Raises the engine's error as an InputError."""
 
     def go() -> SceneData:
         exported.clear()
@@ -66,13 +66,13 @@ def run(scene: bpy.types.Scene, exported: list) -> Export:
 
 @pytest.fixture
 def new_material(scene: bpy.types.Scene) -> Callable[[str], bpy.types.Material]:
-    """Makes materials whose node tree is an output alone."""
+    """Makes materials with only an output in the node tree."""
     return _new_material
 
 
 @pytest.fixture
 def paint() -> Iterator[bpy.types.Material]:
-    """One such material in whatever file is open: most tests of materials need no scene, which takes longer to make than they do."""
+    """Such a material in the open file. Most tests of materials need no scene: making one takes longer than the test."""
     yield _new_material("Paint")
     bpy.data.batch_remove([*bpy.data.materials, *bpy.data.images, *bpy.data.node_groups])
 

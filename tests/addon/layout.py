@@ -1,4 +1,4 @@
-"""A stand-in for Blender's layout: notes what panels draw, and raises where Blender would."""
+"""A stand-in for Blender's layout: lists what panels draw, and raises where Blender would."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -7,7 +7,7 @@ import bpy
 
 
 class Layout:
-    """Whatever is drawn into it or into its rows, columns and boxes is kept in one list, in order."""
+    """A layout with one list of all that is drawn, in order, rows, columns and boxes included."""
 
     def __init__(self, drawn: list | None = None, parent: "Layout | None" = None) -> None:
         self.drawn: list[SimpleNamespace] = [] if drawn is None else drawn
@@ -21,7 +21,7 @@ class Layout:
     row = column = box = split = _inside
 
     def panel(self, idname: str, default_closed: bool = False) -> "tuple[Layout, Layout]":
-        """Header and body; none stays closed here."""
+        """(header, body). No panel is closed."""
         return self._inside(), self._inside()
 
     def prop(self, owner: bpy.types.bpy_struct, name: str, **_: Any) -> None:
@@ -46,23 +46,23 @@ class Layout:
 
     @property
     def names(self) -> list[str]:
-        """Of the properties drawn."""
+        """The names of drawn properties."""
         return [one.name for one in self.drawn if one.kind == "prop"]
 
     @property
     def texts(self) -> list[str]:
-        """Of labels and operators."""
+        """The texts of drawn labels and operators."""
         return [one.text for one in self.drawn if one.kind in ("label", "operator")]
 
 
 def context(scene: bpy.types.Scene, engine: str = "RL_GUIDED", **more: Any) -> SimpleNamespace:
-    """What panels ask a context for."""
+    """A context with the attributes that panels read."""
     common = {"preferences": SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)), "region": SimpleNamespace(width=400)}
     return SimpleNamespace(scene=scene, engine=engine, window_manager=bpy.context.window_manager, **common | more)
 
 
 def drawn(panel: type, where: SimpleNamespace) -> Layout:
-    """What a registered panel draws in a context that it polls for."""
+    """The layout that a registered panel draws. The panel polls for the context."""
     assert panel.poll(where)
     layout = Layout()
     panel.draw(SimpleNamespace(layout=layout, **{name: value for name, value in vars(panel).items() if not name.startswith("_")}), where)

@@ -1,4 +1,4 @@
-"""What shaders read from meshes and objects has the value that Cycles shows there."""
+"""Attributes of meshes and objects have Cycles' values."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,8 +13,8 @@ from addon.export.tangents import tangents
 from blender_rl_guiding.scene.data import SceneData
 
 Export = Callable[[], SceneData]
-Source = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]  # makes nodes, and gives the output to look at
-TRIANGLE = 3  # the one that is looked at
+Source = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]  # makes nodes, and returns the output to compare
+TRIANGLE = 3  # the triangle that is compared
 SHIFT = 10.0  # light cannot be negative
 
 
@@ -63,7 +63,7 @@ def add_attribute(mesh: bpy.types.Mesh, kind: str, domain: str) -> None:
 
 @pytest.fixture
 def paint(new_material: Callable[[str], bpy.types.Material]) -> Callable[[bpy.types.Object, Source], None]:
-    """Has an object glow in what a source gives, plus `SHIFT`."""
+    """Makes an object emit the source's value plus SHIFT."""
 
     def go(thing: bpy.types.Object, source: Source) -> None:
         material = new_material("Glow")
@@ -80,7 +80,7 @@ def paint(new_material: Callable[[str], bpy.types.Material]) -> Callable[[bpy.ty
 
 
 def seen_by_cycles(exported: SceneData, scene: bpy.types.Scene, path: Path) -> np.ndarray:
-    """What Cycles shows at the middle of a triangle."""
+    """Cycles' value at the middle of the triangle."""
     corners = exported.vertices[exported.triangles[TRIANGLE]].astype(float)
     normal = mathutils.Vector(np.cross(corners[1] - corners[0], corners[2] - corners[0])).normalized()
     camera, cycles, render = scene.camera, scene.cycles, scene.render
@@ -98,7 +98,7 @@ def seen_by_cycles(exported: SceneData, scene: bpy.types.Scene, path: Path) -> n
 
 
 def exported_there(exported: SceneData) -> np.ndarray:
-    """The only attribute there is, at the middle of a triangle of the first object."""
+    """The value of the only attribute at the middle of the first object's triangle."""
     if len(exported.object_attributes):
         return exported.object_attributes[0, 0]
     ((row,),) = exported.attribute_rows
@@ -195,7 +195,7 @@ def test_radial_tangents(run: Export, scene: bpy.types.Scene, paint: Callable, a
     local = exported.vertices[exported.triangles] / (1, 2, 4)
     expected = np.zeros((12, 3, 3))
     sense = -1 if axis == "Y" else 1  # as in Cycles
-    expected[..., i], expected[..., j] = -sense * local[..., j] / 2, sense * local[..., i] / 2  # generated coordinates are half as large
+    expected[..., i], expected[..., j] = -sense * local[..., j] / 2, sense * local[..., i] / 2  # generated coordinates have half the size
     assert exported.attributes == pytest.approx(expected, abs=1e-6)
     assert exported.object_attributes == pytest.approx(np.diag(1 / np.array((1, 2, 4)))[:, None], abs=1e-6)
 
@@ -213,7 +213,7 @@ def test_only_the_objects_that_ask_bring_rows_and_instances_share_them(run: Expo
         bpy.context.scene.collection.objects.link(other)
     bpy.ops.mesh.primitive_cube_add()  # without a material
     exported = run()
-    assert sorted(exported.attribute_rows[0].tolist()) == [-1, 0, 12, 12]  # the first has modifiers, and so a mesh of its own
+    assert sorted(exported.attribute_rows[0].tolist()) == [-1, 0, 12, 12]  # the first has modifiers, so it has its own mesh
     assert len(exported.attributes) == 24
 
 
@@ -240,7 +240,7 @@ def test_what_an_instance_without_area_lacks_is_not_taken_from_the_others(run: E
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_tangents_are_those_of_mikktspace(scene: bpy.types.Scene, smooth: bool):
-    """On triangles Blender computes the very same; Cycles feeds it triangles, too."""
+    """On triangles Blender computes the same tangents. Cycles also passes triangles."""
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3)
     thing = bpy.context.object
     if smooth:

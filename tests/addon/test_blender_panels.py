@@ -1,4 +1,4 @@
-"""Blender's own panels under this engine, and those for Cycles' settings; all is as before once the add-on is unregistered."""
+"""Blender's panels with this engine, and panels for Cycles' settings. Unregistering the add-on restores all."""
 
 from collections.abc import Iterator
 
@@ -27,7 +27,7 @@ def engines() -> dict[str, set[str]]:
 
 @pytest.fixture
 def unregistered(scene: bpy.types.Scene) -> Iterator[None]:
-    """The add-on is gone for the length of a test."""
+    """Unregisters the add-on during a test."""
     addon.unregister()
     yield
     addon.register()
@@ -57,7 +57,7 @@ def test_unregistering_takes_everything_back(unregistered: None):
 
 
 def visible(where: object) -> dict[str, list[str]]:
-    """What each panel for Cycles' settings draws, by its title, tab by tab."""
+    """The properties and sockets in each panel for Cycles' settings, by tab and title."""
     found = {}
     for panel in cycles_panels._PANELS:
         if panel.poll(where):

@@ -1,4 +1,4 @@
-"""The exported camera sees every point where Blender's own camera sees it, and looks where Cycles looks."""
+"""The exported camera projects every point as Blender's camera does, and its rays have Cycles' directions."""
 
 import math
 from collections.abc import Callable
@@ -27,7 +27,7 @@ def camera(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def film_position(camera: Camera, point: np.ndarray) -> tuple[float, float]:
-    """From 0, 0 at the bottom left to 1, 1 at the top right."""
+    """Place of a point in the picture: (0, 0) bottom left, (1, 1) top right."""
     to_world = np.array(camera.to_world)
     x, y, z = to_world[:3, :3].T @ (point - to_world[:3, 3])
     distance = -z if camera.kind == "perspective" else 1.0
@@ -75,12 +75,12 @@ def test_a_scaled_parent_does_not_change_what_is_seen(run: Export, scene: bpy.ty
 def test_the_percentage_scales_the_resolution(run: Export, scene: bpy.types.Scene, camera: bpy.types.Object):
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 100, 60, 50
     assert_agrees(run, scene)
-    scene.render.resolution_x = 101  # half a pixel is none, as in every engine
+    scene.render.resolution_x = 101  # half a pixel is dropped, as in every engine
     assert (run().camera.width, run().camera.height) == (50, 30)
 
 
 def directions(camera: Camera) -> np.ndarray:
-    """(H, W, 3), where the middles of the pixels look, top row first."""
+    """Directions (H, W, 3) of the middles of pixels, top row first."""
     left, right, bottom, top = camera.window
     x = left + (np.arange(camera.width) + 0.5) / camera.width * (right - left)
     y = top + (np.arange(camera.height) + 0.5)[:, None] / camera.height * (bottom - top)
@@ -93,7 +93,7 @@ def directions(camera: Camera) -> np.ndarray:
 
 
 def cycles_directions(scene: bpy.types.Scene, path: Path) -> np.ndarray:
-    """The same by Cycles, from a world that shows the direction."""
+    """The same by Cycles, with a world that shows the direction."""
     tree = scene.world.node_tree
     coordinate, shifted = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeVectorMath")
     shifted.inputs[1].default_value = (SHIFT,) * 3
@@ -123,7 +123,7 @@ def cycles_directions(scene: bpy.types.Scene, path: Path) -> np.ndarray:
 def test_every_pixel_looks_where_it_does_in_cycles(
     run: Export, scene: bpy.types.Scene, camera: bpy.types.Object, tmp_path: Path, kind: str, settings: dict, region: tuple | None
 ):
-    camera.location = (1000, 0, 0)  # nothing in view but the world
+    camera.location = (1000, 0, 0)  # only the world is in view
     camera.data.type, camera.data.panorama_type = kind, "EQUIRECTANGULAR"
     for name, value in settings.items():
         setattr(camera.data, name, value)
@@ -134,7 +134,7 @@ def test_every_pixel_looks_where_it_does_in_cycles(
         render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = region
     exported = run()
     assert exported.coverage == ()
-    assert directions(exported.camera) == pytest.approx(cycles_directions(scene, tmp_path), abs=0.02)  # a tenth of a pixel, at most
+    assert directions(exported.camera) == pytest.approx(cycles_directions(scene, tmp_path), abs=0.02)  # at most a tenth of a pixel
 
 
 def test_regions_are_whole_pixels_as_in_blender(run: Export, scene: bpy.types.Scene, camera: bpy.types.Object):

@@ -1,4 +1,4 @@
-"""What an export through a render takes of a scene, frame after frame: its own settings, and names of any bytes."""
+"""Export through a render, frame after frame: the scene's settings, and names of any bytes."""
 
 import json
 import os
@@ -39,20 +39,20 @@ def test_animated_settings_stay_neutral_in_every_frame(name: str, scene: bpy.typ
     assert found == [False] * 3
 
 
-MARK, BAD = b"QZXW", b"\xff\x80\xc3\xa9"  # of one length
+MARK, BAD = b"QZXW", b"\xff\x80\xc3\xa9"  # of equal length
 NAMED = ("scene", "world", "object", "mesh", "material", "node", "image", "lamp", "attribute", "layer", "file")
 
-READ = {"scene", "world", "object", "lamp", "layer"}  # by Python, to tell of what there is
+READ = {"scene", "world", "object", "lamp", "layer"}  # Python reads the names of these
 
 
 def save_with_bad_name(what: str, scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> None:
-    """A file in which something is called by bytes that are no UTF-8, as Python would not do it."""
+    """Write a file with a name that is not UTF-8. Python cannot give such a name."""
     bpy.ops.mesh.primitive_cube_add(location=(0, 0, -4))
     cube, tree = bpy.context.object, material.node_tree
     cube.data.materials.append(material)
     diffuse, texture = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeTexImage")
     texture.image = bpy.data.images.new("Image", 2, 2)
-    velvet = tree.nodes.new("ShaderNodeHairInfo")  # of which nothing is taken over
+    velvet = tree.nodes.new("ShaderNodeHairInfo")  # not supported at all
     tree.links.new(texture.outputs[0], diffuse.inputs[0])
     tree.links.new(velvet.outputs[0], diffuse.inputs["Roughness"])
     tree.links.new(diffuse.outputs[0], tree.nodes[0].inputs[0])
@@ -69,7 +69,7 @@ def save_with_bad_name(what: str, scene: bpy.types.Scene, material: bpy.types.Ma
 
 @pytest.fixture
 def untouched() -> Iterator[None]:
-    """Whoever opens a file leaves a Blender that takes each later one for changed, even saved, once another is opened in it."""
+    """Resets Blender. After a test that opens a file, it would call each later file changed, even a saved one."""
     yield
     bpy.ops.wm.read_factory_settings(use_empty=True)
 
@@ -84,7 +84,7 @@ def test_a_name_that_is_no_text_costs_a_line_or_nothing(
     if what == "file":
         blend = tmp_path / f"{MARK.decode()}.blend"
         blend = blend.rename(os.fsdecode(os.fsencode(blend).replace(MARK, BAD)))
-    monkeypatch.setattr(headless.addon, "register", lambda: None)  # it is
+    monkeypatch.setattr(headless.addon, "register", lambda: None)  # already registered
     monkeypatch.setattr(headless.addon, "unregister", lambda: None)
     status = headless.main([str(blend), str(bundle)])
     said = json.loads(capsys.readouterr().out.splitlines()[-1])

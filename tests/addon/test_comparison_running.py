@@ -1,4 +1,4 @@
-"""Work beside the user's, step by step, and the pixel that is asked for."""
+"""Work in steps beside the user's, and the chosen pixel."""
 
 import json
 import time

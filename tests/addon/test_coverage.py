@@ -1,4 +1,4 @@
-"""Objects and render settings that the bundle does not take over are listed by name, and what cannot be read."""
+"""The coverage list names objects and render settings that the bundle leaves out, and things that cannot be read."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -76,7 +76,7 @@ def test_light_linking_of_what_shines(run: Export, plane: bpy.types.Object, new_
 
 def test_shadow_terminators(run: Export, plane: bpy.types.Object):
     plane.cycles.shadow_terminator_geometry_offset = 0.25
-    assert lines(run()) == []  # nothing to see on a flat surface
+    assert lines(run()) == []  # it has no effect on a flat surface
     plane.data.shade_smooth()
     plane.cycles.shadow_terminator_offset = 0.5
     settings = ("geometry offset 0.25: 0.1", "shading offset 0.5: 0")
@@ -149,7 +149,7 @@ def test_cameras(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object, k
 
 
 def test_what_nothing_sees_is_not_listed(run: Export, scene: bpy.types.Scene, plane: bpy.types.Object):
-    """Triangles without area, and whatever no rays can reach."""
+    """Triangles without area, and objects that no ray can reach."""
     mesh = bpy.data.meshes.new("Pole")
     mesh.from_pydata([(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 0), (2, 0, 0)], [], [(0, 1, 2, 3), (0, 1, 4)])
     plane.data = mesh
@@ -184,7 +184,7 @@ def test_the_world_is_not_listed_where_nothing_sees_it(run: Export, scene: bpy.t
 
 @pytest.fixture
 def linked(tmp_path: Path) -> Path:
-    """A file whose cube is linked from one that is gone, and whose other cube has drivers, one of them in Python."""
+    """A file with two cubes: one linked from a file that is gone, one with drivers, one of them in Python."""
     library, path = str(tmp_path / "library.blend"), tmp_path / "linked.blend"
     bpy.ops.mesh.primitive_cube_add()
     cube = bpy.context.object

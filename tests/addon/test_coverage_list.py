@@ -1,4 +1,4 @@
-"""The coverage report in the panel: filled by Check Scene and by renders, each line leading to what it is about."""
+"""The coverage report in the panel: Check Scene and renders fill it, and each line leads to its object."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +17,7 @@ FOG, FREESTYLE = Loss("Fog", "", "volume is left out"), Loss("Scene", "render se
 
 @pytest.fixture
 def foggy(scene: bpy.types.Scene) -> bpy.types.Scene:
-    """A plane, a volume and Freestyle, chosen to be rendered by this engine."""
+    """A scene with a plane, a volume and Freestyle, for this engine."""
     bpy.ops.mesh.primitive_plane_add()
     scene.collection.objects.link(bpy.data.objects.new("Fog", bpy.data.volumes.new("Fog")))
     scene.render.use_freestyle = True
@@ -67,7 +67,7 @@ def test_check_scene_sees_what_renders_see(foggy: bpy.types.Scene):
 
 
 def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
-    """Not even where it looks at other times."""
+    """Even though it looks at other frames."""
     foggy.render.use_motion_blur = True
     bpy.data.objects["Plane"].driver_add("location", 0).driver.expression = "frame"
     foggy.frame_set(5)
@@ -86,7 +86,7 @@ def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
     before = state()
     assert [loss.object for loss in check(foggy)[0]] == ["Scene", "Fog", "Plane"]
     assert state() == before
-    assert bpy.app.version < (5, 0) or before[2] is False  # before 5.0 the bpy module takes every file for changed
+    assert bpy.app.version < (5, 0) or before[2] is False  # before 5.0 the bpy module calls every file changed
 
 
 def test_check_scene_is_no_render_to_others(foggy: bpy.types.Scene):

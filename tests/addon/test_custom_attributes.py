@@ -1,4 +1,4 @@
-"""Attributes of instances are found where the instances have ids; that the values are Cycles', the parity suite shows."""
+"""Attributes of instances, with and without ids. The parity suite compares the values with Cycles."""
 
 from collections.abc import Callable
 
@@ -23,7 +23,7 @@ Export = Callable[[], SceneData]
 def test_instances_with_ids(
     run: Export, scene: bpy.types.Scene, paint: bpy.types.Material, factor: float, found: list[float], losses: list[str]
 ):
-    """An id of each that is its index times a factor."""
+    """Each instance has the id index * factor."""
     bpy.ops.mesh.primitive_cube_add()
     cube = bpy.context.object
     cube.data.materials.append(paint)
@@ -39,7 +39,7 @@ def test_instances_with_ids(
 
 
 def test_instancers_without_a_geometry(run: Export, scene: bpy.types.Scene, paint: bpy.types.Material):
-    """An Empty that shows a collection: alone, and placed on points that have the attribute."""
+    """An Empty that shows a collection: alone, and on points with the attribute."""
     attribute = node(paint.node_tree, "ShaderNodeAttribute", into=put(paint, "ShaderNodeBsdfDiffuse").inputs["Color"])
     attribute.attribute_type, attribute.attribute_name = "INSTANCER", "tint"
     bpy.ops.mesh.primitive_cube_add()
@@ -62,7 +62,7 @@ def test_instancers_without_a_geometry(run: Export, scene: bpy.types.Scene, pain
 
 @pytest.mark.parametrize("by_nodes", [False, True])
 def test_objects_of_a_collection_that_have_instances(run: Export, scene: bpy.types.Scene, paint: bpy.types.Material, by_nodes: bool):
-    """Shown by an Empty, and by geometry nodes, with members before it that do not render. The numbers are Cycles'."""
+    """An Empty or geometry nodes show the collection. Members before the object do not render. The numbers are those of Cycles."""
     attribute = node(paint.node_tree, "ShaderNodeAttribute", into=put(paint, "ShaderNodeBsdfDiffuse").inputs["Color"])
     attribute.attribute_type, attribute.attribute_name = "INSTANCER", "tint"
     bpy.ops.mesh.primitive_cube_add()

@@ -1,4 +1,4 @@
-"""F12: the renderer's bits in Blender's passes, one line for what goes wrong, nothing left behind."""
+"""F12: Blender's passes have the renderer's bits, each error is one line, and no file is left behind."""
 
 import math
 import resource
@@ -34,7 +34,7 @@ SETTINGS = Render(spp=3, nee=True, guide=QTable(recorded=3000))
 
 @pytest.fixture
 def lit(scene: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch) -> Iterator[bpy.types.Scene]:
-    """A cube under a grey world before the camera, to be rendered by the engine of the menu."""
+    """A scene for F12: a cube before the camera, under a grey world."""
     bpy.ops.mesh.primitive_cube_add(location=(0, 0, -4), rotation=(0.5, 0.4, 0.3))
     monkeypatch.setattr(environment, "python", lambda: Path(sys.executable))
     yield scene
@@ -42,7 +42,7 @@ def lit(scene: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch) -> Iterator[bpy
 
 
 def f12(scene: bpy.types.Scene, folder: Path) -> dict[str, np.ndarray]:
-    """Render by the engine of the menu; the layers' passes as Blender saves them, top row first."""
+    """Render by F12. Returns the passes of all layers from Blender's file, top row first."""
     scene.render.engine = "RL_GUIDED"
     if bpy.app.version >= (5, 0):
         scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
@@ -177,7 +177,7 @@ def test_a_fault_of_the_add_on_is_a_line_and_no_black_picture(
         bpy.ops.render.render()
     with pytest.raises(InputError, match="RL Guided Capture failed: TypeError: no such thing"):
         captured(lit)
-    assert capfd.readouterr().err.count("Traceback") == 2  # for whoever mends it
+    assert capfd.readouterr().err.count("Traceback") == 2  # for the developer
 
 
 def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -186,7 +186,7 @@ def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tm
         f12(lit, tmp_path)
 
 
-@pytest.mark.parametrize("room", [100, 3000])  # bytes in a file: less than the scene takes, and less than an image takes
+@pytest.mark.parametrize("room", [100, 3000])  # bytes in a file: too few for the scene, and too few for an image
 def test_no_space_left_is_a_line_and_leaves_nothing(room: int, lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(leftovers.tempfile, "tempdir", str(tmp_path))
     write(lit.rl_guiding, SETTINGS)
@@ -220,7 +220,7 @@ def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, monke
 
 
 def test_esc_is_heard_while_another_blender_is_waited_for(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch):
-    """Whoever waits is given the means; what it does then, the tests of skies show."""
+    """The code that waits gets the function `stop`. Tests of skies show what it does then."""
     waited = []
 
     def stop() -> bool:

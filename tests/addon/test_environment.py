@@ -1,4 +1,4 @@
-"""The add-on finds the renderer's Python and shows what it lacks, whatever that Python is or does."""
+"""The add-on finds the renderer's Python and shows its missing parts, whatever that Python is or does."""
 
 import json
 import sys
@@ -23,13 +23,13 @@ BROKEN = Part("numba", "0.6", "does not load: no LLVM", "./build.sh setup numba"
 
 @pytest.fixture(autouse=True)
 def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No environment is announced."""
+    """A data folder without an announced environment."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
 
 
 @pytest.fixture
 def choose(monkeypatch: pytest.MonkeyPatch):
-    """Sets the preference, which only an installed add-on has."""
+    """Sets the preference. Only an installed add-on has it."""
 
     def set_to(path: str) -> None:
         entry = SimpleNamespace(preferences=SimpleNamespace(python=path))
@@ -125,7 +125,7 @@ def test_one_that_hangs_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_window_does_not_wait(exported: list, tmp_path: Path):
-    """As the button does it, with the timer's calls made by hand."""
+    """Check as the button does, and call the timer's function by hand."""
     point_to(tmp_path / "python", f"while [ ! -e {tmp_path}/go ]; do sleep 0.02; done; {says(WHOLE)}")
     preferences.start()
     try:

@@ -1,4 +1,4 @@
-"""Meshes, instances, normals and material slots arrive as a render would see them, each exactly once."""
+"""Meshes, instances, normals and material slots are exported as a render sees them, each exactly once."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +20,7 @@ def cube(name: str = "Cube", location: tuple[float, float, float] = (0, 0, 0)) -
 
 @pytest.fixture
 def diffuse(new_material: Callable[[str], bpy.types.Material]) -> Callable[[str, float], bpy.types.Material]:
-    """Makes materials that the coverage report has nothing to say about, told apart by their grey."""
+    """Makes supported materials of different greys."""
 
     def make(name: str, value: float) -> bpy.types.Material:
         material = new_material(name)
@@ -48,7 +48,7 @@ def face_normals(scene: SceneData) -> np.ndarray:
 
 
 def assert_outwards(scene: SceneData) -> None:
-    """Of a convex solid around the origin: by winding and by normals alike."""
+    """Winding and normals of a convex solid around the origin point outwards."""
     middle = scene.vertices[scene.triangles].mean(axis=1)
     assert (np.einsum("ij,ij->i", face_normals(scene), middle) > 0).all()
     assert (np.einsum("ijk,ik->ij", scene.normals, middle) > 0).all()
@@ -234,7 +234,7 @@ def test_an_object_without_faces_leaves_no_trace(run: Export):
 
 
 def test_the_triangles_are_those_that_blender_shows(run: Export):
-    """The exporter reads them from Blender's memory; the slow and official way gives the same."""
+    """The exporter reads them from Blender's memory. The slow, official way gives the same."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=9, ring_count=5)
     mesh = bpy.context.object.data
     mesh.calc_loop_triangles()
@@ -290,4 +290,4 @@ def test_instances_on_vertices(run: Export):
     bpy.ops.mesh.primitive_plane_add(size=10)
     parent = bpy.context.object
     parent.instance_type, child.parent = "VERTS", parent
-    assert len(run().visibility) == 5  # the plane and a cube at each of its vertices; what is instanced does not show itself
+    assert len(run().visibility) == 5  # the plane, and a cube at each of its vertices; the instanced cube itself is hidden

@@ -1,4 +1,4 @@
-"""Meshes that are shown many times are kept once, and give what their copies would give."""
+"""A mesh with many instances is kept once, and renders like its copies."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,7 +21,7 @@ Things = Callable[[bpy.types.Object], None]
 
 @pytest.fixture
 def both(run: Export, monkeypatch: pytest.MonkeyPatch) -> Callable[[], tuple[SceneData, SceneData]]:
-    """Exports the scene twice: meshes kept once whatever it saves, and every mesh copied."""
+    """Exports the scene twice: (all meshes kept once, all meshes copied)."""
 
     def go() -> tuple[SceneData, SceneData]:
         copied = run()
@@ -36,7 +36,7 @@ def both(run: Export, monkeypatch: pytest.MonkeyPatch) -> Callable[[], tuple[Sce
 
 @pytest.fixture
 def thing(scene: bpy.types.Scene, new_material: Callable[[str], bpy.types.Material]) -> bpy.types.Object:
-    """A turned and stretched ball whose material reads UV maps, generated and tangent coordinates, and what the object itself has."""
+    """A turned and stretched ball. Its material reads UV maps, generated and tangent coordinates, and attributes of the object."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=0.4, rotation=(0.2, 0.3, 0.4), scale=(1, 1.2, 0.7))
     thing = bpy.context.object
     thing.name, thing.color = "Ball", (0.2, 0.9, 0.4, 1)
@@ -73,7 +73,7 @@ def link(thing: bpy.types.Object, **attributes: object) -> bpy.types.Object:
 
 
 def duplicates(thing: bpy.types.Object) -> None:
-    """Mirrored, stretched, and hidden from some rays."""
+    """Duplicates: mirrored, stretched, and hidden from some rays."""
     for x, scale in ((1.2, (-1, 1, 1)), (-1.2, (0.5, 1.5, 1)), (2.4, (1, -0.3, -1))):
         link(thing.copy(), location=(x, x / 4, 0), scale=scale, visible_glossy=x > 0, color=(1, x / 3, 0.5, 1))
 
@@ -126,7 +126,7 @@ def by_geometry_nodes(thing: bpy.types.Object) -> None:
 
 
 def of(scene: SceneData, index: int) -> tuple[np.ndarray, ...]:
-    """All that an object of a scene without instances has."""
+    """All data of an object, in a scene without instances."""
     own = np.flatnonzero(scene.object == index)
     rows = scene.attribute_rows[:, index]
     attributes = np.stack([scene.attributes[row : row + len(own)] for row in rows])
@@ -154,7 +154,7 @@ def test_instances_have_all_that_copies_have(both: Callable, thing: bpy.types.Ob
 
 
 def test_instances_look_like_copies(both: Callable, thing: bpy.types.Object, scene: bpy.types.Scene):
-    """Smooth, mirrored and turned, with bumps, normal maps, colours of objects, and shadows of each other."""
+    """The instances are smooth, mirrored and turned, with bumps, normal maps and object colours, and shadow each other."""
     duplicates(thing)
     for other in bpy.data.objects:
         if other.type == "MESH":
@@ -173,7 +173,7 @@ def test_instances_look_like_copies(both: Callable, thing: bpy.types.Object, sce
     assert np.isclose(ours.image, theirs.image, rtol=0.02, atol=1e-3).all(axis=2).mean() > 0.9
     assert ours.image[hit].mean() == pytest.approx(theirs.image[hit].mean(), rel=0.01)
     bare = replace(kept, object_attributes=0 * kept.object_attributes)
-    assert not np.allclose(ours.image, render(bare, Render(spp=4, nee=True, max_bounces=3)).image, atol=0.1)  # these do count
+    assert not np.allclose(ours.image, render(bare, Render(spp=4, nee=True, max_bounces=3)).image, atol=0.1)  # object colours count
 
 
 def test_visibility_is_that_of_each_instance(both: Callable, thing: bpy.types.Object):
@@ -247,7 +247,7 @@ def test_a_scene_of_nothing_but_instances(both: Callable, thing: bpy.types.Objec
 
 
 def test_meshes_none_of_whose_instances_can_be_read_are_left_out(both: Callable, thing: bpy.types.Object):
-    """One before and one after a mesh that nothing is wrong with, which stays as it is."""
+    """Before and after a sound mesh, which stays as it is."""
     tree, left_out = thing.data.materials[0].node_tree, []
     attribute = node(tree, "ShaderNodeAttribute", into=tree.nodes["Principled BSDF"].inputs["Metallic"], output="Fac")
     attribute.attribute_type, attribute.attribute_name = "OBJECT", "tint"

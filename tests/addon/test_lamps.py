@@ -1,4 +1,4 @@
-"""Lamps are exported in radiometric units, with the shapes that Cycles gives them; images are compared elsewhere."""
+"""Lamps are exported in radiometric units, with Cycles' shapes. The parity suite compares images."""
 
 import math
 from collections.abc import Callable
@@ -40,7 +40,7 @@ def lines(scene: SceneData) -> list[str]:
     return [f"{loss.object}, {loss.where}: {loss.detail}" for loss in scene.coverage]
 
 
-# Expected for 10 W; each number was compared with the light that arrives in a render by Cycles.
+# Expected for 10 W. Each number was compared with the light in a render by Cycles.
 @pytest.mark.parametrize(
     ("kind", "settings", "emission"),
     [
@@ -87,7 +87,7 @@ def test_a_node_tree_multiplies(run: Export, add: Add):
 
 
 def strength(thing: bpy.types.Object, kind: str, output: str) -> bpy.types.Node:
-    """A new node of a lamp's tree that its strength comes from."""
+    """Link a new node to the strength of a lamp."""
     tree = thing.data.node_tree
     new = tree.nodes.new(f"ShaderNode{kind}")
     tree.links.new(new.outputs[output], tree.nodes["Emission"].inputs["Strength"])
@@ -127,7 +127,7 @@ def test_nodes_that_vary_are_a_shader(run: Export, add: Add, lamp: str, kind: st
 
 
 def test_lamps_do_not_know_the_kind_of_a_ray(run: Export, add: Add):
-    """As measured in Cycles."""
+    """Measured in Cycles."""
     strength(add("POINT"), "LightPath", "Is Camera Ray")
     assert run().lamps == ()
 

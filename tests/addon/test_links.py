@@ -1,4 +1,4 @@
-"""Values find their way through groups, reroutes and muted nodes as in Cycles."""
+"""Values pass groups, reroutes and muted nodes as in Cycles."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def tree(paint: bpy.types.Material) -> bpy.types.NodeTree:
 
 
 def group_of(tree: bpy.types.NodeTree, socket: str = "NodeSocketColor") -> tuple[bpy.types.Node, bpy.types.NodeTree, Any, Any]:
-    """A group node, its tree, and the sockets inside that its input arrives at and its output comes from."""
+    """(group node, its tree, the socket of its input inside, the socket of its output inside)."""
     group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
     group.interface.new_socket("In", in_out="INPUT", socket_type=socket)
     group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketColor")

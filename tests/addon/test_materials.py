@@ -1,4 +1,4 @@
-"""Trees of shader nodes come out as the closures that Cycles makes of them, and everything that cannot be told is reported by name."""
+"""Shader nodes become Cycles' closures. Whatever has no equivalent is reported by name."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""Trees of Mix and Add Shaders, groups and outputs come out as the closures that reach the surface, and their shares."""
+"""Trees of Mix and Add Shaders, groups and outputs become the closures that reach the surface, with their shares."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Motion while the shutter is open is listed, from any source; still objects are not."""
+"""Motion during the exposure is listed, from any source. Still objects are not."""
 
 import tracemalloc
 from collections.abc import Callable
@@ -18,7 +18,7 @@ BLURRED = "motion blur: it stands still at the frame's own time"
 
 @pytest.fixture
 def cube(scene: bpy.types.Scene) -> bpy.types.Object:
-    """In a scene with motion blur, with a plane beside it that stands still."""
+    """A cube in a scene with motion blur, beside a still plane."""
     scene.render.use_motion_blur = True
     scene.frame_set(5)
     bpy.ops.mesh.primitive_plane_add()
@@ -112,7 +112,7 @@ def test_the_camera(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object)
 
 
 def test_what_changes_otherwise_is_not_blurred(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object):
-    """Colours, lamps, what is hidden, and what Cycles is told not to blur."""
+    """Not listed: colours, lamps, hidden objects, and objects without motion blur in Cycles."""
     drive(cube, "color", 0)
     bpy.ops.object.light_add()
     drive(bpy.context.object, "location", 0)
@@ -127,15 +127,15 @@ def test_what_changes_otherwise_is_not_blurred(run: Export, scene: bpy.types.Sce
 
 @pytest.mark.parametrize(("position", "moves"), [("START", True), ("END", False)])
 def test_the_shutter(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object, position: str, moves: bool):
-    """The cube moves from frame 5 on."""
+    """A cube that moves from frame 5 on."""
     scene.render.motion_blur_position = position
     cube.driver_add("location", 0).driver.expression = "max(frame, 5)"
-    assert lines(run()) == [f"Cube, : {BLURRED}"] * moves
+    assert lines(run()) == ([f"Cube, : {BLURRED}"] if moves else [])
     assert np.isfinite(run().vertices).all()
 
 
 def test_things_of_one_name(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object, tmp_path: Path):
-    """A moving cube and a plane in a library, a cube that stands still and a moving plane here."""
+    """A library with a moving cube and a plane; in this file a still cube and a moving plane."""
     drive(cube, "location", 0)
     library = tmp_path / "library.blend"
     bpy.data.libraries.write(str(library), {cube, bpy.data.objects["Plane"]})

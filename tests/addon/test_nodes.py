@@ -1,4 +1,4 @@
-"""Each node comes out as the steps that it stands for, through groups, reroutes and muted nodes as Cycles goes through them."""
+"""Each node becomes its steps. Groups, reroutes and muted nodes are followed as in Cycles."""
 
 from typing import Any
 

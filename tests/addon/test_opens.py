@@ -1,4 +1,4 @@
-"""Whatever Blender can hold in an object yields triangles or nothing, and what cannot be read is left out by name."""
+"""All kinds of objects give triangles or nothing. Objects that cannot be read are left out, and listed by name."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ def plane(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def _mesh(vertices: int, *, edges: int = 0, faces: int = 0) -> Callable[[], None]:
-    """Of vertices on a circle, joined by so many edges, and by one face if any."""
+    """A mesh of vertices on a circle, with `edges` edges and at most one face."""
 
     def add() -> None:
         circle = [(math.cos(i), math.sin(i), 0) for i in range(vertices)]
@@ -43,7 +43,7 @@ def _link(data: bpy.types.ID | None) -> bpy.types.Object:
 
 
 def _nodes(kind: str) -> Callable[[], None]:
-    """A plane whose modifier makes something else of it."""
+    """A plane with a modifier that turns it into something else."""
 
     def add() -> None:
         bpy.ops.mesh.primitive_plane_add()
@@ -69,7 +69,7 @@ def _curve(kind: str, depth: float) -> Callable[[], None]:
 
 
 GREASE_PENCILS = "grease_pencils" if bpy.app.version >= (5, 0) else "grease_pencils_v3"
-# How each is made, whether it yields triangles, and whether it is listed.
+# The function that makes it, whether it gives triangles, whether it is listed.
 KINDS: dict[str, tuple[Callable[[], object], bool, bool]] = {
     "no vertices": (_mesh(0), False, False),
     "one vertex": (_mesh(1), False, False),
@@ -108,7 +108,7 @@ EDITABLE = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LATTICE", "ARMATURE"}
 
 
 def test_each_kind_of_object(run: Export, scene: bpy.types.Scene):
-    """Each alone in the image, then in edit mode; with a material that asks its mesh for an attribute."""
+    """Each is alone in the image, first in object mode, then in edit mode. Its material reads an attribute of the mesh."""
     material = bpy.data.materials.new("Paint")
     if bpy.app.version < (5, 0):
         material.use_nodes = True
@@ -155,13 +155,13 @@ def test_what_is_changed_in_edit_mode_is_in_the_image(run: Export, plane: bpy.ty
 
 
 def alone(scene: SceneData, line: str) -> bool:
-    """Whether a line says that the plane is left out, and nothing else is."""
+    """Whether the only line says that the plane is left out, and the cube's triangles are there."""
     return lines(scene) == [f"Plane, : left out, as it cannot be read: {line}"] and len(scene.triangles) == 12
 
 
 @pytest.fixture
 def beside(plane: bpy.types.Object) -> bpy.types.Object:
-    """The plane, with a cube beside it that nothing is wrong with."""
+    """A plane, beside a sound cube."""
     bpy.ops.mesh.primitive_cube_add()
     return plane
 
@@ -210,7 +210,7 @@ def test_an_attribute_with_numbers_that_are_not_finite(run: Export, beside: bpy.
 def test_whatever_else_blender_says_of_an_object(
     run: Export, beside: bpy.types.Object, paint: bpy.types.Material, error: Exception, monkeypatch: pytest.MonkeyPatch
 ):
-    """Also where it says so when half of it is read."""
+    """Also if the error comes when half of it is read."""
     node(paint.node_tree, "ShaderNodeUVMap", into=put(paint, "ShaderNodeBsdfDiffuse").inputs["Color"])
     beside.data.materials.append(paint)
 

@@ -1,4 +1,4 @@
-"""The panels are made from the settings: every setting in one panel, those of the chosen variants alone, by labels that people read."""
+"""The panels are made from the settings: each setting is in one panel, of chosen variants only, with a readable label."""
 
 from typing import get_args
 
@@ -17,7 +17,7 @@ GUIDES = [*(guide() for guide in get_args(Guide)), *(DQN(encoder=variant()) for 
 
 
 def shown(scene: bpy.types.Scene) -> dict[str, list[str]]:
-    """The settings that each visible panel draws, by the panel's name, as paths below the scene's settings."""
+    """By panel name: the settings that each visible panel draws, as paths below the scene's settings."""
     where = context(scene)
     visible = {panel.bl_idname: drawn(panel, where) for panel in panels._PANELS if panel.poll(where)}
     return {name: [_path(one.owner, one.name) for one in layout.drawn if one.kind == "prop"] for name, layout in visible.items()}

@@ -1,4 +1,4 @@
-"""Images of several pictures: the frame of a sequence or movie, the tiles of a tiled image."""
+"""Images of several files: the frame of a sequence or movie, the tiles of a tiled image."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ def write(path: Path, color: tuple[int, ...], size: int = 1) -> Path:
 
 
 def exported(material: bpy.types.Material, image: bpy.types.Image, frame: int = 1, kind: str = "ShaderNodeTexImage", **user: object):
-    """The resources and notes of a material that shows an image in a frame of the scene."""
+    """(resources, notes) of a material with an image, at a frame of the scene."""
     texture = node(material.node_tree, kind, into=color_of(material.node_tree))
     texture.image = image
     for name, value in user.items():
@@ -100,7 +100,7 @@ def test_a_movie_shows_its_frame(paint: bpy.types.Material, tmp_path: Path):
 
 @pytest.fixture
 def tiled(tmp_path: Path) -> bpy.types.Image:
-    """Tiles 1001 and 1012, the second larger, which are there, and 1002, which is not."""
+    """A tiled image: 1001 and the larger 1012 exist, 1002 does not."""
     image = bpy.data.images.load(str(write(tmp_path / "t.1001.png", COLORS[0])))
     write(tmp_path / "t.1012.png", COLORS[2], 2)
     image.source, image.filepath = "TILED", str(tmp_path / "t.<UDIM>.png")

@@ -1,4 +1,4 @@
-"""Presets: built in and the user's own, applied in one step, without touching what is not theirs."""
+"""Presets, built in and the user's: applied in one step, and other settings stay."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ MINE = Render(spp=512, seed=7, guide=DQN(width=31))
 
 @pytest.fixture
 def folder(scene: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty place for the user's presets."""
+    """An empty folder for the user's presets."""
     monkeypatch.setattr(bpy.utils, "user_resource", lambda kind, path: str(tmp_path / kind / path))
     return tmp_path / "SCRIPTS" / "presets" / "rl_guided"
 

@@ -1,4 +1,4 @@
-"""Settings as Blender shows them: same defaults, same limits, nothing lost on the way in, out or through a file."""
+"""Settings as properties of Blender: same defaults, same limits, and no loss when set, read or saved."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -73,7 +73,7 @@ def test_an_animated_setting_is_read_from_the_scene_that_renders(scene: bpy.type
     seen = []
 
     class Reader(bpy.types.RenderEngine):
-        """Reads the settings as an engine does."""
+        """An engine that reads the settings."""
 
         bl_idname = "RL_GUIDED_READER"
         bl_label = "RL Guided Reader"
@@ -100,7 +100,7 @@ def test_shares_are_sliders_and_small_numbers_are_readable(scene: bpy.types.Scen
     assert {name for name, p in guide.items() if p.subtype == "FACTOR"} == {"bsdf_fraction", "tau"}
     rate = guide["learning_rate"]
     assert rate.precision == 3
-    assert rate.step / 100 == pytest.approx(1e-3, rel=0.01)  # what a click on an arrow adds
+    assert rate.step / 100 == pytest.approx(1e-3, rel=0.01)  # step of a click on an arrow
     assert scene.rl_guiding.bl_rna.properties["seconds"].unit == "TIME_ABSOLUTE"
     assert (rate.soft_min, rate.hard_max) == (pytest.approx(1e-4), 10)
 

@@ -1,4 +1,4 @@
-"""The Sky Texture: which picture is asked for, what is made of it, and that the cache neither lies nor is needed."""
+"""The Sky Texture: the picture that is requested, the textures made of it, and a cache that is correct and optional."""
 
 import math
 import subprocess
@@ -14,9 +14,9 @@ from addon.export import by_cycles, sky
 from addon.export.resources import Resources
 from addon.export.stop import Stop, Stopped
 from addon.export.world import read_world
+from benchmarks.reliability import mutations
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Loss, Shader
-from tests import mutations
 from tests.addon.trees import node, only, tree_of
 
 PICTURE = np.arange(256 * 512 * 3, dtype=np.float32).reshape(256, 512, 3)
@@ -24,7 +24,7 @@ DISC = np.full((256, 3), 9.0, np.float32)
 
 
 class Cycles:
-    """Stands in for Blender: keeps what it is asked for."""
+    """Stands in for Blender, and lists its jobs."""
 
     def __init__(self) -> None:
         self.jobs: list[dict] = []
@@ -148,7 +148,7 @@ def test_a_sky_in_the_place_of_another_is_not_it(world: bpy.types.World, cycles:
 
 def test_skies_that_others_could_have_put_there_are_not_used(world: bpy.types.World, cycles: Cycles, cache: Path):
     read(world)
-    cache.parents[1].chmod(0o777)  # which is not ours to close
+    cache.parents[1].chmod(0o777)  # we must not change its permissions
     before = {path: path.stat().st_mtime_ns for path in cache.iterdir()}
     for jobs in (2, 3):
         read(world)
@@ -227,12 +227,12 @@ def test_blender_is_ended_where_the_user_does_not_wait(world: bpy.types.World, m
 
 
 def test_the_usual_color_is_that_of_a_new_node(world: bpy.types.World, monkeypatch: pytest.MonkeyPatch):
-    """Of the model that a new node has: by the real thing, within 1 %."""
+    """The constant equals the mean colour of a new node's sky, measured here, within 1 %."""
     made = world.node_tree.nodes["Sky Texture"]
     found = sky.read_sky(made)
     edges = np.linspace(-1, 1, len(found.picture) + 1)
     share = np.diff(np.sin(np.copysign(edges**2, edges) * np.pi / 2)) / 2
-    sun = found.disc.mean(axis=0) * 0.8 * math.sin(found.size / 4) ** 2  # an edge that is 0.6 darker takes a fifth away
+    sun = found.disc.mean(axis=0) * 0.8 * math.sin(found.size / 4) ** 2  # the edge is 0.6 darker, which takes a fifth away
     assert sky.usual_color(made) == pytest.approx(share @ found.picture[::-1].mean(axis=1) + sun, rel=0.01)
 
 

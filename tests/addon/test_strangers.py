@@ -1,4 +1,4 @@
-"""What a .blend names, which anybody may have made, is neither written to nor opened where its user does not expect it."""
+"""Paths in a .blend from a stranger: nothing is written or opened where the user does not expect it."""
 
 import sys
 from pathlib import Path
@@ -15,7 +15,7 @@ from blender_rl_guiding.settings import QTable, Render
 
 @pytest.fixture
 def comparison(scene: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> bpy.types.PropertyGroup:
-    """In a saved file; whatever is rendered is a finding."""
+    """The comparison of a saved file. Any render fails the test."""
     monkeypatch.setattr(environment, "python", lambda: Path(sys.executable))
     monkeypatch.setattr(operators, "working", lambda *_: pytest.fail("it begins to work"))
     methods.add(scene.rl_guiding_comparison, "table", Render(guide=QTable()))
@@ -40,7 +40,7 @@ def test_results_stay_in_the_folder_of_the_blend(folder: str, comparison: bpy.ty
     (tmp_path / "own" / "link").symlink_to(tmp_path)
     comparison.folder = folder
     assert operators.all_folders_of(comparison), "the user has chosen it"
-    CHOSEN.clear()  # as in another Blender that opens the file
+    CHOSEN.clear()  # as after opening the file in another Blender
     for operator in (bpy.ops.rl_guided.inspect, bpy.ops.rl_guided.compare):
         with pytest.raises(RuntimeError, match=r"outside of its own folder: if that is right, choose this folder again"):
             operator()

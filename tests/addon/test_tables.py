@@ -1,4 +1,4 @@
-"""Ramps, curves and the Blackbody node come out as tables where they vary, which have the values that Blender shows."""
+"""Ramps, curves and the Blackbody node become tables if they vary, with Blender's values."""
 
 import bpy
 import numpy as np

@@ -1,4 +1,4 @@
-"""Image and texture nodes: texels arrive as they are stored, top row first, with alpha as Cycles has it; patterns with their modes."""
+"""Image and texture nodes: stored texels, top row first, with Cycles' alpha; patterns with their modes."""
 
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,7 @@ def exr(folder: Path, pixels: np.ndarray) -> bpy.types.Image:
 
 
 def shown(tree: bpy.types.NodeTree, image: bpy.types.Image | None, *, alpha: bool = False) -> bpy.types.Node:
-    """An Image Texture as the colour, and its alpha as the strength."""
+    """Link an Image Texture to the colour, and its alpha to the strength."""
     texture = node(tree, "ShaderNodeTexImage", into=color_of(tree))
     texture.image = image
     if alpha:
@@ -45,7 +45,7 @@ def shown(tree: bpy.types.NodeTree, image: bpy.types.Image | None, *, alpha: boo
 
 
 def only_texture(material: bpy.types.Material) -> tuple[Texture, Any]:
-    """The texture, and what becomes of its alpha."""
+    """(texture, treatment of its alpha)."""
     resources = Resources()
     op, (number, _, _, alpha), _ = color(material, resources)
     assert op == "image"

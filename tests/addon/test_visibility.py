@@ -1,4 +1,4 @@
-"""Objects are hidden from the kinds of rays that Cycles hides them from."""
+"""Objects are hidden from the same kinds of rays as in Cycles."""
 
 from collections.abc import Callable
 

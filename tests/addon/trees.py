@@ -1,4 +1,4 @@
-"""Node trees for tests, and what the exporter makes of them and says of what it leaves out."""
+"""Node trees for tests, the shaders that the exporter makes of them, and its notes."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from blender_rl_guiding.scene.description import Closure, Instruction, Node, Sha
 
 
 def node(tree: bpy.types.NodeTree, kind: str, *, into: Any = None, output: int | str = 0, **inputs: Any) -> bpy.types.Node:
-    """A new node; `into` is a socket to link its output to, `inputs` are values or other outputs, with underscores for spaces."""
+    """A new node. `into`: a socket to link its output to. `inputs`: values or outputs by name, with _ for a space."""
     new = tree.nodes.new(kind)
     for name, value in inputs.items():
         socket = new.inputs[name.replace("_", " ")]
@@ -25,7 +25,7 @@ def node(tree: bpy.types.NodeTree, kind: str, *, into: Any = None, output: int |
 
 
 def surface(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-    """Where the shader goes."""
+    """The output's socket for a shader."""
     return next(n for n in tree.nodes if n.bl_idname.startswith("ShaderNodeOutput")).inputs["Surface"]
 
 
@@ -35,22 +35,22 @@ def lines(scene: SceneData) -> list[str]:
 
 
 def put(material: bpy.types.Material, kind: str, **inputs: Any) -> bpy.types.Node:
-    """A new shader as the surface."""
+    """Link a new shader to the surface."""
     return node(material.node_tree, kind, into=surface(material.node_tree), **inputs)
 
 
 def color_of(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-    """The colour of an Emission shader that becomes the surface: the plainest of probes."""
+    """The colour socket of a new Emission shader as the surface: the simplest probe."""
     return node(tree, "ShaderNodeEmission", into=surface(tree)).inputs["Color"]
 
 
 def probe(tree: bpy.types.NodeTree, kind: str, output: int | str = 0, **inputs: Any) -> bpy.types.Node:
-    """A new node whose output is that colour."""
+    """Link a new node to that colour."""
     return node(tree, kind, into=color_of(tree), output=output, **inputs)
 
 
 def read(material: bpy.types.Material, resources: Resources | None = None) -> tuple[Shader, list[str]]:
-    """The shader, and its notes as lines without the material's name."""
+    """(shader, notes as lines without the material's name)."""
     shader, notes = read_material(material, resources or Resources())
     prefix = f"material '{material.name}'"
     assert all(where.startswith(prefix) for where, _ in notes)
@@ -58,7 +58,7 @@ def read(material: bpy.types.Material, resources: Resources | None = None) -> tu
 
 
 def tree_of(shader: Shader, value: Value) -> Any:
-    """A value written out: constants as they are, a step as (op, mode, options, inputs), the empty ones of these left out."""
+    """A value as a tree: a constant, or a step as (op, mode, options, inputs) without empty parts."""
     if not isinstance(value, Node):
         return value
     step: Instruction = shader.code[value.index]
@@ -67,13 +67,13 @@ def tree_of(shader: Shader, value: Value) -> Any:
 
 
 def only(shader: Shader) -> Closure:
-    """The one closure of a shader."""
+    """The only closure of a shader."""
     (closure,) = shader.closures
     return closure
 
 
 def color(material: bpy.types.Material, resources: Resources | None = None) -> Any:
-    """What arrives at `color_of`, written out; nothing may be lost."""
+    """The value at `color_of` as a tree. There are no notes."""
     shader, notes = read(material, resources)
     assert notes == []
     return tree_of(shader, only(shader).inputs["color"])

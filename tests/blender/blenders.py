@@ -1,4 +1,4 @@
-"""The Blenders that the add-on has to live in, each with the command that runs a script in it, and variables for it."""
+"""The Blenders that the add-on supports. Each has a command that runs a script in it, and variables."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLE = Path(os.environ.get("BLENDER", ROOT / ".." / "shared" / "tools" / "blender")).resolve()
-OLDEST = "4.5.15"  # the module of the oldest Blender that the manifest allows
+OLDEST = "4.5.15"  # bpy module of the oldest Blender that the manifest allows
 
 
 def uv() -> str:
@@ -21,19 +21,19 @@ def uv() -> str:
 
 
 def module() -> tuple[list[str], dict[str, str]]:
-    """This environment's bpy, without the package that is installed beside it: the add-on must bring its own."""
+    """This environment's bpy, without the installed package: the add-on must bring its own."""
     return [sys.executable, "-S"], {"PYTHONPATH": sysconfig.get_path("purelib"), "RENDERER": sys.executable}
 
 
 def executable() -> tuple[list[str], dict[str, str]]:
-    """A whole Blender with a Python of its own."""
+    """A whole Blender with its own Python."""
     if not EXECUTABLE.is_file():
         pytest.skip(f"no Blender at {EXECUTABLE}; the variable BLENDER names one")
     return [str(EXECUTABLE), "--background", "--python-exit-code", "1", "--python"], {"RENDERER": sys.executable}
 
 
 def oldest() -> tuple[list[str], dict[str, str]]:
-    """The bpy module of Blender 4.5 LTS, kept in the user's cache: it needs Python 3.11."""
+    """The bpy module of Blender 4.5 LTS, in the user's cache. It needs Python 3.11."""
     caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     folder = caches / "blender_rl_guiding" / f"bpy-{OLDEST}"
     python = folder / "bin" / "python"

@@ -1,7 +1,7 @@
-"""Scenes that would be rendered as something else, through every door: python doors.py FOLDER, in the Python of any Blender.
+"""Renders scenes with misleading settings through every door: python doors.py FOLDER, in the Python of any Blender.
 
-FOLDER/found.json receives of each case, by its name, what each door made of it: "export", "capture" and "frames" the key of the bundle,
-"cycles" a digest of the pixels of the reference, and "files" what was written beside it; or the error.
+FOLDER/found.json has for each case, by name, the result of each door, or its error. "capture", "export" and "frame": the key of the
+bundle; "cycles": a digest of the reference's pixels; "files": the names of files written besides.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ from blender_rl_guiding.scene.view import View
 FOLDER = Path(sys.argv[-1])
 WRITTEN = FOLDER / "written"
 Case = Callable[[bpy.types.Scene], None]
-# Another value than the neutral one, for each setting of the tables; the others are switched over.
+# A value other than the neutral one for settings of the tables. Switches not listed here are toggled.
 OTHERS: dict[str, Any] = {
     "media_type": "VIDEO",
     "file_format": "PNG",
@@ -76,7 +76,7 @@ def stage() -> bpy.types.Scene:
 
 
 def switched(table: dict[str, Any], owner: Callable[[bpy.types.Scene], Any]) -> dict[str, Case]:
-    """A case for each setting of a table that this Blender has."""
+    """A case for each setting of a table, if this Blender has it."""
 
     def case(name: str, value: Any) -> Case:
         other = OTHERS.get(name, not value)
@@ -87,14 +87,14 @@ def switched(table: dict[str, Any], owner: Callable[[bpy.types.Scene], Any]) -> 
 
 
 def image_settings(scene: bpy.types.Scene) -> Any:
-    """Those of an EXR, or most of them could not be set."""
+    """Image settings of an EXR: otherwise most could not be set."""
     settings = scene.render.image_settings
     settings.file_format = "OPEN_EXR"
     return settings
 
 
 def compositor(scene: bpy.types.Scene) -> None:
-    """Another image, and a file of it."""
+    """A compositor that changes the image and writes a file."""
     if bpy.app.version >= (5, 0):
         scene.compositing_node_group = tree = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
         tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
@@ -114,7 +114,7 @@ def compositor(scene: bpy.types.Scene) -> None:
 
 
 def sequencer(scene: bpy.types.Scene) -> None:
-    """A strip in place of the scene."""
+    """A strip instead of the scene."""
     editor = scene.sequence_editor_create()
     strips = editor.strips if hasattr(editor, "strips") else editor.sequences
     strips.new_scene(name="Strip", scene=scene, channel=1, frame_start=1)
@@ -126,7 +126,7 @@ def stamp(scene: bpy.types.Scene) -> None:
 
 
 def views(scene: bpy.types.Scene) -> None:
-    """Cameras that are not there."""
+    """Cameras that do not exist."""
     scene.render.use_multiview, scene.render.views_format = True, "MULTIVIEW"
     for view in scene.render.views:
         view.camera_suffix = "_none"
@@ -144,21 +144,21 @@ def grease_pencil(scene: bpy.types.Scene) -> None:
 
 
 def layers(scene: bpy.types.Scene) -> None:
-    """The window shows the second of two layers, and only it is to be rendered; the first has no objects and is not used."""
+    """Three view layers, the third off; only the window's layer is set to render."""
     scene.view_layers.new("Second")
     scene.view_layers.new("Third").use = False
     scene.render.use_single_layer = True
 
 
 def animated(scene: bpy.types.Scene) -> None:
-    """By a driver that needs no script, and by a curve."""
+    """Values from a driver without a script, and from a curve."""
     scene.cycles.driver_add("seed").driver.expression = "frame"
     scene.cycles.samples = 1
     scene.cycles.keyframe_insert("samples", frame=1)
 
 
 def scripts(scene: bpy.types.Scene) -> None:
-    """In a text that runs as the file opens, in a handler, in a driver, in Freestyle."""
+    """Scripts: a text that runs when the file opens, a handler, a driver, and Freestyle."""
     WRITTEN.mkdir(exist_ok=True)
     code = (
         f"import bpy\nbpy.app.handlers.render_pre.append(lambda *_: open({str(WRITTEN / 'h')!r}, 'w'))\nopen({str(WRITTEN / 't')!r}, 'w')"
@@ -197,7 +197,7 @@ if hasattr(bpy.ops.object, "grease_pencil_add") and bpy.app.version >= (5, 0):
 
 
 def through_all(blend: Path) -> dict[str, str]:
-    """What each door makes of a file."""
+    """The result of each door for a file."""
     found = {}
 
     def tell(door: str, made: Callable[[], str]) -> None:
@@ -218,7 +218,7 @@ def through_all(blend: Path) -> dict[str, str]:
 
 
 def reference(blend: Path) -> str:
-    """As `cycles_reference.main` does it, in this process."""
+    """A reference by Cycles in this process, as by `cycles_reference.main`."""
     out = blend.with_suffix(".exr")
     bpy.ops.wm.open_mainfile(filepath=str(blend), load_ui=False, use_scripts=False)
     scene = bpy.context.scene
@@ -235,8 +235,8 @@ def main() -> None:
     addon.register()
     found = {}
     for name, case in CASES.items():
-        print("case", name, flush=True)  # the last words, where Blender crashes
-        blend = FOLDER / "scene.blend"  # the name is the scene's
+        print("case", name, flush=True)  # names the case if Blender crashes
+        blend = FOLDER / "scene.blend"  # its name is the scene's name
         case(stage())
         bpy.ops.wm.save_as_mainfile(filepath=str(blend))
         found[name] = through_all(blend)

@@ -1,4 +1,4 @@
-"""Leads a Blender with a window through a script: steps of a generator, taken by a timer, so that Blender goes on meanwhile."""
+"""Runs a script in a Blender with a window. The script is a generator, and a timer takes its steps, so that Blender goes on."""
 
 import faulthandler
 import json
@@ -12,13 +12,13 @@ import bpy
 
 from tests.patience import PATIENCE
 
-Step = float | Callable[[], object]  # seconds to wait, or what must become true
+Step = float | Callable[[], object]  # seconds to wait, or a condition to wait for
 LOOK = 0.1  # seconds between two looks
-TRY_AGAIN = 200  # looks before a click is taken for lost
+TRY_AGAIN = 200  # looks before a click counts as lost
 
 
 def run(*command: str) -> Iterator[Step]:
-    """A program that needs Blender to go on meanwhile, and then time for Blender to see what it did."""
+    """Run a program while Blender goes on, then give Blender time to see the effect."""
     child = subprocess.Popen(command)
     yield lambda: child.poll() is not None
     assert child.returncode == 0, command
@@ -26,8 +26,8 @@ def run(*command: str) -> Iterator[Step]:
 
 
 def drawn() -> Iterator[Step]:
-    """All windows are laid out and drawn as the data is now, however long that takes."""
-    yield LOOK  # what was changed is told to the windows first
+    """Wait until all windows are laid out and drawn with the current data."""
+    yield LOOK  # changes reach the windows first
     for window in bpy.context.window_manager.windows:
         with bpy.context.temp_override(window=window):
             bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
@@ -35,7 +35,7 @@ def drawn() -> Iterator[Step]:
 
 
 def until(reached: Callable[[], object], act: Callable[[], Iterator[Step]]) -> Iterator[Step]:
-    """Act, and act again where it was in vain: a busy computer may draw a button after the click that was meant for it."""
+    """Act, and act again if nothing happens: a busy computer may draw a button after its click."""
     tries = int(PATIENCE / (TRY_AGAIN * LOOK))
     for _ in range(tries):
         yield from drawn()
@@ -48,34 +48,34 @@ def until(reached: Callable[[], object], act: Callable[[], Iterator[Step]]) -> I
 
 
 def click(place: tuple[int, int], times: int = 1) -> Iterator[Step]:
-    """The left button, at pixels of the screen from its top left corner."""
+    """Click the left button at a pixel, counted from the screen's top left corner."""
     yield from run("xdotool", "mousemove", *map(str, place))
     yield from run("xdotool", "click", "--repeat", str(times), "--delay", "80", "1")
 
 
 def click_until(place: tuple[int, int], reached: Callable[[], object]) -> Iterator[Step]:
-    """A click, and what it must bring about."""
+    """Click until the condition holds."""
     yield from until(reached, lambda: click(place))
 
 
 def escape_until(reached: Callable[[], object]) -> Iterator[Step]:
-    """The key Esc, and what it must bring about."""
+    """Press Esc until the condition holds."""
 
     def press() -> Iterator[Step]:
-        subprocess.Popen(["xdotool", "key", "Escape"])  # not waited for: Blender has to go on to see it
+        subprocess.Popen(["xdotool", "key", "Escape"])  # do not wait: Blender must go on to see the key
         yield LOOK
 
     yield from until(reached, press)
 
 
 def screenshot(path: Path) -> Iterator[Step]:
-    """The whole screen as it is now, as a PNG."""
+    """Save the whole screen as a PNG."""
     yield from drawn()
     yield from run("import", "-window", "root", str(path))
 
 
 def drive(steps: Iterator[Step], result: Path, found: dict[str, Any]) -> None:
-    """Go through the steps, write what was found as JSON, with the traceback as "fault" if there was one, and quit."""
+    """Take the steps, write the findings as JSON, with a traceback as "fault" if there is one, and quit."""
     waited, wanted = 0.0, None
 
     def tick() -> float | None:
@@ -90,13 +90,13 @@ def drive(steps: Iterator[Step], result: Path, found: dict[str, Any]) -> None:
             return step if isinstance(step, float) else LOOK
         except StopIteration:
             pass
-        except Exception:  # noqa: BLE001  # whatever it is, the test must read it
+        except Exception:  # noqa: BLE001  # the test must read any exception
             found["fault"] = traceback.format_exc()
             subprocess.run(["import", "-window", "root", str(result.with_suffix(".png"))], check=False)
         result.write_text(json.dumps(found))
         bpy.ops.wm.quit_blender()
         return None
 
-    faulthandler.enable()  # says where, should Blender itself crash
+    faulthandler.enable()  # shows the place if Blender itself crashes
     bpy.context.preferences.view.show_splash = False
     bpy.app.timers.register(tick, first_interval=1.0, persistent=True)

@@ -1,8 +1,6 @@
-"""What test_install.py has a Blender do: `life_cycle.py new|again ZIP FOLDER`, in one process each, with what `new` leaves in FOLDER.
+"""`test_install.py` runs this script in a Blender: `life_cycle.py new|again ZIP FOLDER`. `again` is another process after `new`.
 
-The variable RENDERER names the Python of a whole environment.
-
-Ends with status 0 if every assertion holds.
+The variable RENDERER names the Python of a whole environment. Status 0 if all assertions hold.
 """
 
 import os
@@ -34,7 +32,7 @@ def install(archive: str) -> None:
 
 
 def traces() -> list[str]:
-    """All that the add-on's presence changes in Blender."""
+    """All that the add-on changes in Blender."""
     kinds = [name for name in dir(bpy.types) if name.startswith(("RLG", "RL_"))]
     handlers = [name for name in dir(bpy.app.handlers) for f in _list(name) if MODULE in f.__module__]
     property_ = ["rl_guiding"] if hasattr(bpy.types.Scene, "rl_guiding") else []
@@ -85,7 +83,7 @@ def whole_environment(python: str) -> None:
 
 
 def render_and_compare(python: str, folder: str) -> None:
-    """The cube of the factory settings, by F12, and by two methods against that image."""
+    """Render the factory cube by F12, then compare two methods against that image."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     bpy.context.preferences.addons[MODULE].preferences.python = python
     bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/compared.blend")
@@ -109,7 +107,7 @@ def render_and_compare(python: str, folder: str) -> None:
 
 
 def file_of_another_version(path: str) -> None:
-    """Saved while the same properties had other types, limits and items."""
+    """Save a file as from a version where the same properties had other types, limits and items."""
     number = bpy.props.IntProperty()
     other = {"spp": number, "max_bounces": number, "gone": number, "seed": bpy.props.FloatProperty(), "nee": bpy.props.StringProperty()}
     other["guide"] = bpy.props.EnumProperty(items=[("gone", "Gone", "", "NONE", 12345)])
@@ -181,7 +179,7 @@ def reload_append_undo(path: str) -> None:
 
 
 def update(archive: str) -> None:
-    """Without a restart: both the add-on and the package that it brings are the new ones."""
+    """Update without a restart: the add-on and its package are the new ones."""
     old = part("installation")
     install(archive)
     assert part("installation") is not old
@@ -212,9 +210,9 @@ def main(step: str, archive: str, folder: str) -> None:
         render_and_compare(os.environ["RENDERER"], folder)
         save(saved)
         bpy.ops.wm.save_userpref()
-        addon_utils.disable(MODULE)  # or Blender 4.5 hangs at exit
+        addon_utils.disable(MODULE)  # otherwise Blender 4.5 hangs at exit
     else:
-        if bpy.app.module:  # which reads no preferences
+        if bpy.app.module:  # the module reads no preferences
             addon_utils.enable(MODULE, default_set=True)
         assert MODULE in bpy.context.preferences.addons
         reload_append_undo(saved)

@@ -1,8 +1,9 @@
-"""What Cycles makes of Sky Textures as worlds: python skies.py CASES.json FOLDER, in the Python of any Blender.
+"""Renders worlds of Sky Textures by Cycles, and exports them: python skies.py CASES.json FOLDER, in the Python of any Blender.
 
-CASES.json maps names to [settings of the node, strength of the background]. FOLDER receives of each NAME.npz: `view`, the sky all
-around at the middle of 64 x 32 pixels of an equirectangular camera, top row first, and `lit`, (64, 3) independent estimates of what a
-white floor reflects; and NAME.bundle.npz, the scene as exported.
+CASES.json maps names to [settings of the node, strength of the background]. For each NAME, FOLDER gets NAME.bundle.npz, the exported
+scene, and NAME.npz with
+  view  the sky at the middles of 64 x 32 pixels of an equirectangular camera, top row first,
+  lit   (64, 3) independent estimates of the radiance that a white floor reflects.
 """
 
 import json
@@ -25,7 +26,7 @@ SAMPLES = 512
 
 
 class Export(Exporter):
-    """Keeps the scene; the image stays black."""
+    """An engine that keeps the exported scene and leaves the image black."""
 
     bl_idname = "RL_GUIDED_SKIES"
     bl_label = "RL Guided Skies"
@@ -36,7 +37,7 @@ class Export(Exporter):
 
 
 def stage() -> bpy.types.Scene:
-    """A white floor, a camera that looks around and one that looks down, Cycles' settings without any bias."""
+    """A white floor, a camera that looks around, one that looks down, and Cycles' settings without bias."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -80,7 +81,7 @@ def add_world(scene: bpy.types.Scene, settings: dict[str, Any], strength: float)
 
 
 def render(scene: bpy.types.Scene, folder: Path, width: int, height: int) -> np.ndarray:
-    """(height, width, 3) float32, top row first."""
+    """The image, (height, width, 3) float32, top row first."""
     scene.render.resolution_x, scene.render.resolution_y = width, height
     scene.render.filepath = str(folder / "image.exr")
     bpy.ops.render.render(write_still=True)
@@ -92,7 +93,7 @@ def render(scene: bpy.types.Scene, folder: Path, width: int, height: int) -> np.
 
 
 def run(name: str, settings: dict[str, Any], strength: float, folder: Path) -> None:
-    """All that the folder shall receive of a case."""
+    """Write the files of a case into the folder."""
     scene = stage()
     add_world(scene, settings, strength)
     add_camera(scene, "ORTHO", (0.0, 0.0, -40.0))
@@ -111,14 +112,14 @@ def run(name: str, settings: dict[str, Any], strength: float, folder: Path) -> N
 
 
 def main(cases: dict[str, Any], folder: Path) -> None:
-    """One case after another."""
+    """Make the cases in turn."""
     addon.register()
     bpy.utils.register_class(Export)
     try:
         for name, (settings, strength) in cases.items():
             run(name, settings, strength, folder)
     finally:
-        bpy.utils.unregister_class(Export)  # or Blender 4.5 hangs at exit
+        bpy.utils.unregister_class(Export)  # otherwise Blender 4.5 hangs at exit
         addon.unregister()
 
 

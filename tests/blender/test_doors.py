@@ -1,4 +1,4 @@
-"""No setting of a scene gets through a door that it should not: the same bundle, the same reference by Cycles, no file, no crash."""
+"""No setting of a scene has an effect through any door: the bundle and the reference by Cycles stay, no file, no crash."""
 
 import json
 import os

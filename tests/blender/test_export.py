@@ -1,4 +1,4 @@
-"""A .blend becomes a bundle through a Blender of its own, the bpy module or an executable; whatever goes wrong is one line."""
+"""A child process exports a .blend as a bundle, by the bpy module or a Blender executable. Each error is one line."""
 
 import os
 import signal
@@ -39,7 +39,7 @@ bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1] + "/fog.blend")
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with fog.blend, a plane, a volume and a script that wants to run, and the same without a camera."""
+    """A folder with fog.blend: a plane, a volume and a script. And the same file without a camera."""
     folder = tmp_path_factory.mktemp("files")
     subprocess.run([sys.executable, "-c", BUILD, str(folder)], check=True, capture_output=True)
     return folder
@@ -47,7 +47,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def c1(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The bundle of c1, in a folder that the export had to make."""
+    """The bundle of c1. The export made its folder."""
     bundle = tmp_path_factory.mktemp("c1") / "new" / "c1.npz"
     assert blend.export(C1, bundle) == ()
     return bundle
@@ -175,7 +175,7 @@ def test_interruption_ends_the_child_and_leaves_nothing(tmp_path: Path):
 import signal, sys
 from pathlib import Path
 from blender_rl_guiding.opening import blend
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background jobs ignore it
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell makes background jobs ignore SIGINT
 def told(child, path):
     print(child.process.pid, flush=True)
     return real(child, path)

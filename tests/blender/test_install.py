@@ -1,4 +1,4 @@
-"""The zip that ./build.sh extension makes: what is in it, and its life in each Blender from installation to removal."""
+"""The zip of `./build.sh extension`: its contents, and its life in each Blender from installation to removal."""
 
 import json
 import os
@@ -24,7 +24,7 @@ NEWER = "0.2.0"
 
 
 def pack(tree: Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Make the zip of a source tree, as ./build.sh extension does."""
+    """Make the zip of a source tree, as `./build.sh extension` does."""
     command = [sys.executable, "-m", "scripts.extension", blenders.uv(), str(folder)]
     return subprocess.run(command, cwd=tree, capture_output=True, text=True, check=False)
 
@@ -41,7 +41,7 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def other_tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of what the zip is made of, as a release later."""
+    """A copy of the zip's sources, one release later."""
     tree = tmp_path_factory.mktemp("tree")
     for name in ("addon", "blender_rl_guiding", "scripts"):
         shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -61,7 +61,7 @@ def newer(other_tree: Path) -> Path:
 
 
 def opened(archive: Path) -> tuple[dict, list[str], list[str]]:
-    """The manifest, the add-on's files and those of the wheel."""
+    """(manifest, files of the add-on, files of the wheel)."""
     with zipfile.ZipFile(archive) as outer:
         manifest = tomllib.loads(outer.read("blender_manifest.toml").decode())
         (path,) = manifest["wheels"]
@@ -108,7 +108,7 @@ def test_same_sources_same_bytes(newer: Path, other_tree: Path, tmp_path: Path):
 @pytest.mark.blender
 @pytest.mark.parametrize("blender", [blenders.module, blenders.executable, blenders.oldest], ids=lambda blender: blender.__name__)
 def test_life_cycle(blender, archive: Path, newer: Path, tmp_path: Path, compiled: None):
-    """From installation to removal, with and without an environment; renders, compares, saves, reloads, appends, undoes, updates."""
+    """From installation to removal, with and without an environment: render, compare, save, reload, append, undo, update."""
     command, variables = blender()
     home = tmp_path / "ein Ordner für 漢字"
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | variables
@@ -134,7 +134,7 @@ SMALL = "import bpy; s = bpy.context.scene; s.rl_guiding.spp = 2; s.rl_guiding.g
 
 @pytest.mark.blender
 def test_renders_without_a_window(archive: Path, tmp_path: Path, compiled: None):
-    """Two at once by `-E RL_GUIDED -f 1`, and one by `--command rl_guided`, have the bits of `rlg`."""
+    """Two renders at once by `-E RL_GUIDED -f 1`, and one by `--command rl_guided`, have the bits of `rlg`."""
     blenders.executable()
     user, data, c1 = tmp_path / "user", tmp_path / "data", ROOT / "scenes" / "c1.blend"
     user.mkdir()
@@ -167,7 +167,7 @@ def test_renders_without_a_window(archive: Path, tmp_path: Path, compiled: None)
 @pytest.mark.slow
 @pytest.mark.blender
 def test_in_the_window(archive: Path, tmp_path: Path):
-    """Installed from disk and checked by clicking, in the Preferences; the screenshots stay in out/screens."""
+    """Install from disk and check by clicks in the Preferences. Screenshots stay in out/screens."""
     blenders.executable()
     screens = ROOT / "out" / "screens"
     screens.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Whatever Blender was started by a process that is killed ends with it, in the middle of what it does."""
+"""If a process is killed, each Blender that it started ends, in the middle of its work."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ scene.camera = bpy.context.object
 scene.world = bpy.data.worlds.new("World")
 tree = scene.world.node_tree
 sky = tree.nodes.new("ShaderNodeTexSky")
-sky.sun_elevation = random.random()  # one that is in no cache
+sky.sun_elevation = random.random()  # a sky that is in no cache
 tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
 bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 """
@@ -95,11 +95,11 @@ installation.check()
 
 
 def family(mark: str) -> dict[int, str]:
-    """The processes with the mark among their variables, which children inherit, and their command lines."""
+    """Command lines of processes by id: those with the mark among their variables. Children inherit the mark."""
     found = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
-            if mark.encode() in (folder / "environ").read_bytes():  # which those that have ended do not have
+            if mark.encode() in (folder / "environ").read_bytes():  # unreadable once a process has ended
                 found[int(folder.name)] = (folder / "cmdline").read_bytes().decode()
         except OSError:
             continue
@@ -115,14 +115,14 @@ def wait_for(reached: Callable[[], object], what: str) -> None:
 
 @pytest.fixture
 def temporary(tmp_path: Path) -> Path:
-    """Where the programs have their temporary files."""
+    """The folder of the programs' temporary files."""
     (tmp_path / "tmp").mkdir()
     return tmp_path / "tmp"
 
 
 @pytest.fixture
 def killed(temporary: Path) -> Iterator[Callable[..., None]]:
-    """Runs a program, kills it once it has a child with such a command line and, if asked, is ready, and waits for the end of all."""
+    """Run a program. Kill it once it has a child with this command line, and is ready if so asked. Wait until all have ended."""
     mark = f"RL_GUIDED_TEST={uuid.uuid4()}"
     name, value = mark.split("=")
 
@@ -146,7 +146,7 @@ def killed(temporary: Path) -> Iterator[Callable[..., None]]:
 
 @pytest.fixture(scope="module")
 def blend(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A file whose export has a Blender of its own look at a sky."""
+    """A file with a sky: its export starts another Blender."""
     path = tmp_path_factory.mktemp("orphans") / "sky.blend"
     subprocess.run([sys.executable, "-c", BUILD, str(path)], check=True, capture_output=True)
     return path
@@ -183,7 +183,7 @@ def test_f12_and_the_next_start_sweeps_what_it_left(
 
 
 def test_the_check_of_the_environment(killed: Callable[..., None], tmp_path: Path):
-    (tmp_path / "python").write_text("#!/bin/sh\ncat\n")  # ends with its stdin, as `environment` does
+    (tmp_path / "python").write_text("#!/bin/sh\ncat\n")  # it ends with its stdin, as `environment` does
     (tmp_path / "python").chmod(0o755)
     killed(CHECK, tmp_path / "python", child="blender_rl_guiding.environment")
 
@@ -191,5 +191,5 @@ def test_the_check_of_the_environment(killed: Callable[..., None], tmp_path: Pat
 @pytest.mark.skipif(not EXECUTABLE.is_file(), reason=f"no Blender at {EXECUTABLE}; the variable BLENDER names one")
 @pytest.mark.blender
 def test_a_blender_behind_a_script_that_starts_it(killed: Callable[..., None], blend: Path, tmp_path: Path):
-    """Nobody but the script is a child of the process that is killed."""
+    """Only the script is a child of the killed process."""
     killed(EXPORT, blend, tmp_path, EXECUTABLE, child="cycles_pictures.py")

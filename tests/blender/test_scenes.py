@@ -1,4 +1,4 @@
-"""The nine scenes of the slides: exported whole, with image size, depth and lights as expected, and published albedos where known."""
+"""The nine scenes of the slides: nothing is left out; image size, depth, lights and published albedos are right."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ SPHERES = {  # published
 
 
 def exported(name: str, folder: Path) -> SceneData:
-    """The scene, of which nothing was left out."""
+    """The exported scene, with an empty coverage list."""
     assert blend.export(SCENES / f"{name}.blend", folder / f"{name}.npz") == ()
     return load(folder / f"{name}.npz")
 

@@ -1,4 +1,4 @@
-"""The Sky Texture's models in the newest and the oldest Blender: the sky looks as Cycles shows it, and lights a floor as much."""
+"""The Sky Texture's models in the newest and the oldest Blender: the sky, and a floor below it, equal Cycles' images."""
 
 import json
 import os
@@ -21,7 +21,7 @@ from tests.world_draws import draw
 pytestmark = [pytest.mark.slow, pytest.mark.blender]
 
 DRAWN = 400_000
-# Settings of the node, and the background's strength. Suns on the horizon are large, so that it cuts them.
+# Settings of the node, and the background's strength. Suns at the horizon are large: the horizon cuts them.
 PLACE = {"sun_rotation": 2.0, "sun_direction": (0.3, -0.5, 0.4), "turbidity": 3.5, "ozone_density": 3.0}
 HIGH, LOW = PLACE | {"sun_elevation": 0.9}, PLACE | {"sun_elevation": 0.003, "sun_size": 0.4, "altitude": 900.0}
 NEWEST = {
@@ -41,7 +41,7 @@ BLENDERS = {"newest": (blenders.module, NEWEST), "oldest": (blenders.oldest, OLD
 
 @pytest.fixture(scope="module", params=BLENDERS)
 def oracle(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what Cycles and the exporter made of all cases."""
+    """The folder of `skies.py`: images by Cycles and bundles of all cases."""
     folder = tmp_path_factory.mktemp(request.param)
     blender, cases = BLENDERS[request.param]
     command, variables = blender()
@@ -70,7 +70,7 @@ def _looks_the_same(view: np.ndarray, _lit: np.ndarray, scene: SceneData) -> Non
     latitude = np.pi * (0.5 - (np.arange(rows)[:, None] + 0.5) / rows)
     x, y, z = np.broadcast_arrays(np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude))
     ours = radiance(compile_shaders(scene), np.stack([x, y, z], axis=-1).reshape(-1, 3)).reshape(view.shape)
-    # Two differences are below a texel here: Cycles clips at 0, and its ground fades to black.
+    # Two differences are smaller than a texel: Cycles clips at 0, and its ground fades to black.
     np.testing.assert_allclose(ours, view, rtol=3e-3, atol=3e-3 * view.mean())
 
 

@@ -1,4 +1,4 @@
-"""The add-on in a real Blender's window: its panels, F12 and a comparison on c1, the first picture. Screenshots stay in out/screens."""
+"""The add-on in a Blender with a window: panels, F12, a comparison on c1, the first picture. Screenshots stay in out/screens."""
 
 import json
 import os
@@ -20,7 +20,7 @@ pytestmark = [needs_executable, pytest.mark.blender]
 
 
 def seen_by(script: str, folder: Path, *blend: Path) -> tuple[dict[str, Any], str]:
-    """Run a script in a Blender with a window, on a file or the start-up file; returns its findings and all printed lines."""
+    """Run a script in a Blender with a window, on a file or the start-up file. Returns (findings, printed lines)."""
     SCREENS.mkdir(parents=True, exist_ok=True)
     for name in ("user", "scene"):
         (folder / name).mkdir()
@@ -41,12 +41,12 @@ def seen_by(script: str, folder: Path, *blend: Path) -> tuple[dict[str, Any], st
 
 
 def complaints(printed: str) -> list[str]:
-    """What went wrong in panels and operators: 5.2 says ERROR, 4.5 shows a Traceback."""
+    """Lines of errors in panels and operators: 5.2 says ERROR, 4.5 prints a Traceback."""
     return [line for line in printed.splitlines() if "ERROR" in line or "Traceback" in line]
 
 
 def test_panels(tmp_path: Path):
-    """Nothing fails to draw, Check Scene keeps the render result, presets apply and are undone."""
+    """All panels draw, Check Scene keeps the render result, presets apply and can be undone."""
     found, printed = seen_by("window_panels.py", tmp_path, C1)
     assert not complaints(printed)
     assert found == {
@@ -62,7 +62,7 @@ def test_panels(tmp_path: Path):
 
 
 def test_f12(tmp_path: Path, compiled: None):
-    """The image grows while the scene is edited, Esc ends it, and a renderer that dies is told."""
+    """The image refines while the scene is edited, Esc ends the render, and the end of a killed renderer is told."""
     found, printed = seen_by("window_render.py", tmp_path, C1)
     assert found["told"] == [*range(1, len(found["told"]) + 1)]
     assert found["busy"] == ["compare", "check"]
@@ -74,7 +74,7 @@ def test_f12(tmp_path: Path, compiled: None):
 
 
 def test_the_first_picture(tmp_path: Path, compiled: None):
-    """F12 on the start-up file, with nothing set but the engine: at most 1.5 times Cycles' error at equal samples."""
+    """F12 on the start-up file, with only the engine set: at most 1.5 times Cycles' error at equal samples."""
     _, printed = seen_by("window_first.py", tmp_path)
     assert not complaints(printed)
     ours, cycles, reference = (read_exr(tmp_path / f"{name}.exr")[0] for name in ("ours", "cycles", "reference"))
@@ -82,14 +82,14 @@ def test_the_first_picture(tmp_path: Path, compiled: None):
 
 
 def test_comparison(tmp_path: Path, compiled: None):
-    """By the real button, beside an F12; its table, images and slots; a picked point; with Cycles; all still there after a reload."""
+    """By the button, beside an F12: table, images, slots, a picked point, Cycles. All are still there after a reload."""
     found, printed = seen_by("window_compare.py", tmp_path, C1)
     assert not complaints(printed)
     assert found.pop("ratio") < 1
     assert found.pop("reference").startswith("Cycles 5.2")
     column, row = found.pop("probe")
     assert 58 <= column <= 70
-    assert 78 <= row <= 90  # c1 has 128 x 128 pixels there
+    assert 78 <= row <= 90  # c1 has 128 x 128 pixels here
     assert found == {
         "beside": "a render went on",
         "words": "2 methods compared",

@@ -1,7 +1,7 @@
-"""What test_windows.py has a Blender with a window do: `window_compare.py SCREENS RESULT PYTHON`.
+"""`test_windows.py` runs this script in a Blender with a window: `window_compare.py SCREENS RESULT PYTHON`.
 
-Compares two methods by the panel's button while a render goes on, looks at what came out, picks a point and asks what is learnt there,
-compares with Cycles, saves and reloads. What was found goes to RESULT, screenshots to SCREENS.
+It compares two methods by the panel's button during a render, notes the results, picks a point and shows what was learnt there,
+compares with Cycles, saves and reloads. RESULT gets the findings, SCREENS the screenshots.
 """
 
 import sys
@@ -47,7 +47,7 @@ def ended() -> str:
 
 
 def arrange() -> Iterator[Step]:
-    """A tall Properties editor with the tab of the render, and the viewport through the camera."""
+    """Show a tall Properties editor with the Render tab, and the viewport through the camera."""
     for kind in ("OUTLINER", "DOPESHEET_EDITOR"):
         area = next(area for area in window().screen.areas if area.type == kind)
         with bpy.context.temp_override(window=window(), area=area):
@@ -61,7 +61,7 @@ def arrange() -> Iterator[Step]:
 
 
 def compare() -> Iterator[Step]:
-    """By the button in the panel, with a render of Blender's own beside it."""
+    """Compare by the panel's button, beside a render by Blender."""
     yield from screenshot(SCREENS / "compare.png")
     yield from click_until(BUTTON, lambda: not idle())
     bpy.ops.render.render("INVOKE_DEFAULT")
@@ -89,7 +89,7 @@ def look() -> Iterator[Step]:
 
 
 def learnt() -> Iterator[Step]:
-    """Pick a point by a click into the viewport, and look at Q there."""
+    """Pick a point by a click into the viewport, and show Q there."""
     with bpy.context.temp_override(window=window()):
         bpy.ops.rl_guided.pick("INVOKE_DEFAULT")
     yield from click_until(SPHERE, lambda: comparison().use_probe)

@@ -1,6 +1,6 @@
-"""What test_windows.py has a Blender with a window do: `window_first.py SCREENS RESULT PYTHON`.
+"""`test_windows.py` runs this script in a Blender with a window: `window_first.py SCREENS RESULT PYTHON`.
 
-F12 on the start-up file, with nothing set but the engine and a small image; then the same by Cycles, beside RESULT as EXR files.
+It renders the start-up file by F12, with only the engine and a small image set, then by Cycles. The EXR files are beside RESULT.
 """
 
 import sys
@@ -28,7 +28,7 @@ def steps() -> Iterator[Step]:
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield lambda: done
     yield from screenshot(SCREENS / "first.png")
-    prepare(scene, SPP)  # which has images saved as they are
+    prepare(scene, SPP)  # it also makes Blender save images unchanged
     bpy.data.images["Render Result"].save_render(str(RESULT.with_name("ours.exr")), scene=scene)
     render(scene, RESULT.with_name("cycles.exr"), SPP, seed=0)
     render(scene, RESULT.with_name("reference.exr"), REFERENCE_SPP, seed=1_000_000)

@@ -1,7 +1,7 @@
-"""What test_install.py has a Blender with a window do: `window_install.py ZIP FOLDER SCREENS PYTHON`.
+"""`test_install.py` runs this script in a Blender with a window: `window_install.py ZIP FOLDER SCREENS PYTHON`.
 
-Installs the zip and checks the environment as a person would, by mouse and keyboard, in a window of 1600 x 1000 pixels. Screenshots go to
-SCREENS, what went wrong to FOLDER/result.json. PYTHON is that of a whole environment.
+It installs the zip and checks the environment by mouse and keyboard, in a window of 1600 x 1000 pixels. SCREENS gets the screenshots,
+FOLDER/result.json the errors. PYTHON is that of a whole environment.
 """
 
 import json
@@ -18,12 +18,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tests.blender.driving import Step, click, click_until, drive, run, screenshot, until
 
-sys.path.pop(0)  # the add-on must bring its own package
+sys.path.pop(0)  # the add-on must bring its package
 
 MODULE = "bl_ext.user_default.rl_guided"
 ARCHIVE, FOLDER, SCREENS, PYTHON = map(Path, sys.argv[-4:])
 
-# Where things are on the screen.
+# Places on the screen.
 MENU = (960, 82)
 SIDEBAR_ADDONS = (144, 291)
 UNFOLD = (296, 106)
@@ -37,7 +37,7 @@ COMMAND = "/home/me/blender_rl_guiding/build.sh setup numba"
 
 
 def enter(field: tuple[int, int], text: str, reached: Callable[[], object]) -> Iterator[Step]:
-    """Type a text into a field by two clicks."""
+    """Type a text into a field, after a double click."""
 
     def act() -> Iterator[Step]:
         yield from click(field, times=2)
@@ -49,13 +49,13 @@ def enter(field: tuple[int, int], text: str, reached: Callable[[], object]) -> I
 
 
 def from_disk() -> Iterator[Step]:
-    """The entry of the menu that opens the file browser."""
+    """Click the menu entry that opens the file browser."""
     yield from click(MENU)
     yield from run("xdotool", "key", "f")
 
 
 def picture(name: str) -> Iterator[Step]:
-    """A screenshot without a button lit up below the mouse."""
+    """A screenshot, with the mouse away from buttons."""
     yield from run("xdotool", "mousemove", *map(str, ASIDE))
     yield from screenshot(SCREENS / f"{name}.png")
 
@@ -67,7 +67,7 @@ def announce(python: Path) -> None:
 
 
 def broken_python() -> Path:
-    """One whose answer has two faults."""
+    """A stand-in for a Python. Its answer has two faults."""
     parts = [
         {"name": "Python", "version": "3.13.0"},
         {
@@ -85,13 +85,13 @@ def broken_python() -> Path:
 
 
 def found() -> list[str]:
-    """The faulty parts of the check that has ended, or of none."""
+    """The faulty parts, once the check has ended."""
     operator = sys.modules[f"{MODULE}.preferences"].RLG_OT_check_environment
     return [part.name for part in operator.parts if part.problem] if operator.parts else ["none yet"]
 
 
 def file_browser() -> Any:
-    """What the open file dialogue has been told, if one is open."""
+    """The parameters of the open file dialogue, or None."""
     areas = [area for window in bpy.context.window_manager.windows for area in window.screen.areas if area.type == "FILE_BROWSER"]
     return areas[0].spaces.active.params if areas else None
 

@@ -1,7 +1,7 @@
-"""What test_windows.py has a Blender with a window do: `window_panels.py SCREENS RESULT PYTHON`.
+"""`test_windows.py` runs this script in a Blender with a window: `window_panels.py SCREENS RESULT PYTHON`.
 
-Draws every panel for every guide and encoder, checks the scene, applies presets, and leaves screenshots in SCREENS. What it found goes
-to RESULT as JSON; what panels print when they fail to draw is on stderr.
+It draws every panel for every guide and encoder, checks the scene and applies presets. SCREENS gets the screenshots, RESULT the
+findings as JSON. Panels that fail to draw print on stderr.
 """
 
 import sys
@@ -21,19 +21,19 @@ from tests.blender import driving
 from tests.blender.driving import Step, drawn
 
 SCREENS, RESULT, _ = map(Path, sys.argv[-3:])
-SETTLED = 1.5  # seconds in which panels have moved to where they belong, for the pictures
+SETTLED = 1.5  # seconds until panels stop moving, for screenshots
 found: dict[str, Any] = {}
 
 
 def windows() -> tuple[bpy.types.Window, list[bpy.types.Area]]:
-    """The window, and its Properties editors from left to right."""
+    """(window, its Properties editors from left to right)."""
     window = bpy.context.window_manager.windows[0]
     editors = [area for area in window.screen.areas if area.type == "PROPERTIES"]
     return window, sorted(editors, key=lambda area: area.x)
 
 
 def arrange() -> None:
-    """Three Properties editors in place of the viewport, beside the usual one."""
+    """Make three Properties editors of the viewport, beside the usual one."""
     window, _ = windows()
     for factor in (1 / 3, 1 / 2):
         widest = max(window.screen.areas, key=lambda area: area.width * area.height)
@@ -44,7 +44,7 @@ def arrange() -> None:
 
 
 def show(*tabs: str) -> Iterator[Step]:
-    """Turn the Properties editors to these tabs, and draw them."""
+    """Show these tabs in the Properties editors, and draw them."""
     for area, tab in zip(windows()[1], tabs, strict=False):
         area.spaces.active.context = tab
         area.tag_redraw()
@@ -62,14 +62,14 @@ def in_editor(which: int) -> Any:
 
 
 def rendered() -> bytes:
-    """The render result, as a file."""
+    """The render result as a PNG."""
     path = RESULT.with_suffix(".png")
     bpy.data.images["Render Result"].save_render(str(path))
     return path.read_bytes()
 
 
 def check_scene(scene: bpy.types.Scene) -> Iterator[Step]:
-    """After a render by Cycles, whose result must stay."""
+    """Render by Cycles, then run Check Scene: the result must stay."""
     scene.render.engine, scene.cycles.samples = "CYCLES", 1
     scene.render.resolution_percentage = 10
     bpy.ops.render.render()
@@ -87,7 +87,7 @@ def check_scene(scene: bpy.types.Scene) -> Iterator[Step]:
 
 
 def told_by_a_thread() -> Iterator[Step]:
-    """As by an engine, which renders in a thread of its own."""
+    """Fill the list from another thread, as an engine does."""
     losses = bpy.context.window_manager.rl_guiding_coverage.losses
     kept = [line.loss for line in losses]
     for told in (kept[1:], kept):
@@ -99,7 +99,7 @@ def told_by_a_thread() -> Iterator[Step]:
 
 
 def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[Step]:
-    """Each guide and each encoder is drawn once."""
+    """Draw each guide and each encoder."""
     for guide in settings.bl_rna.properties["guide"].enum_items:
         settings.guide = guide.identifier
         yield from show("RENDER", "RENDER", "RENDER")
@@ -129,7 +129,7 @@ def presets_and_undo() -> Iterator[Step]:
 
 
 def shader_editor() -> Iterator[Step]:
-    """Materials can be edited, and nodes added."""
+    """Edit materials, and add nodes."""
     area = windows()[1][0]
     area.ui_type = "ShaderNodeTree"
     yield from drawn()
@@ -170,6 +170,6 @@ def steps() -> Iterator[Step]:
 
 
 for panel in (*panels._PANELS, *cycles_panels._PANELS):
-    panel.bl_options = set()  # those that start closed are to be drawn, too
+    panel.bl_options = set()  # draw panels that start closed, too
 addon.register()
 driving.drive(steps(), RESULT, found)

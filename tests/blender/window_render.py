@@ -1,6 +1,6 @@
-"""What test_windows.py has a Blender with a window do: `window_render.py SCREENS RESULT PYTHON`.
+"""`test_windows.py` runs this script in a Blender with a window: `window_render.py SCREENS RESULT PYTHON`.
 
-Renders with F12, edits the scene meanwhile, presses Esc, then has the renderer die. What was found goes to RESULT, screenshots to SCREENS.
+It renders by F12, edits the scene meanwhile, presses Esc, then kills the renderer. RESULT gets the findings, SCREENS the screenshots.
 """
 
 import sys
@@ -18,13 +18,13 @@ from addon import installation as environment
 from tests.blender.driving import Step, drive, escape_until, run, screenshot
 
 SCREENS, RESULT, PYTHON = map(Path, sys.argv[-3:])
-told: list[int] = []  # samples, at each pass that the engine heard of
+told: list[int] = []  # samples after each pass, as the engine heard
 workers: list[worker_client.Worker] = []
 found: dict[str, Any] = {}
 
 
 def note_pass(event: dict[str, Any]) -> str:
-    """Stands before the engine's own status line, which the window shows."""
+    """Note the event, then return the engine's status line."""
     told.append(event["samples"])
     return _status_line(event)
 
@@ -43,7 +43,7 @@ def rendering() -> bool:
 
 
 def edit() -> Iterator[Step]:
-    """Move, delete and change settings while the scene is rendered, and try what has to wait for the render."""
+    """During a render, move and delete objects, change settings, and try operators that must wait."""
     bpy.data.objects["Left"].location.x += 1
     bpy.data.objects.remove(bpy.data.objects["Back"])
     bpy.context.scene.rl_guiding.guide = "dqn"
@@ -67,7 +67,7 @@ def steps() -> Iterator[Step]:
 
 
 def death() -> Iterator[Step]:
-    """The renderer is killed, and the next F12 starts another."""
+    """Kill the renderer. The next F12 starts another."""
     bpy.context.scene.rl_guiding.guide = "qtable"
     for outcome in ("died", "again"):
         told.clear()
@@ -79,7 +79,7 @@ def death() -> Iterator[Step]:
             found["again"] = rendering()
             yield from escape_until(lambda: not rendering())
         yield lambda: not rendering()
-        yield from run("xdotool", "mousemove", "500", "1200", "mousemove", "520", "1200")  # Blender tells at the next event
+        yield from run("xdotool", "mousemove", "500", "1200", "mousemove", "520", "1200")  # Blender reports it at the next event
         yield from screenshot(SCREENS / f"f12-{outcome}.png")
 
 

@@ -1,7 +1,7 @@
 """Builds cases, renders them by Cycles and exports them: python -m tests.parity.oracle FOLDER CASE...
 
-FOLDER receives of each case CASE.npz: how many renders, their mean and its variance, (H, W, 4) float64 each; and CASE.bundle.npz,
-or CASE.error, which says in a few lines why it does not. Runs in a process of its own, with Blender inside.
+For each case FOLDER gets CASE.npz, with the number of renders, their mean and its variance, (H, W, 4) float64 each, and CASE.bundle.npz.
+If the case fails, it gets CASE.error with the reason. Runs in a process of its own, with Blender inside.
 """
 
 import sys
@@ -24,7 +24,7 @@ RENDERS = 8
 
 
 class Export(Exporter):
-    """Keeps the scene; the image stays black."""
+    """An engine that keeps the exported scene and leaves the image black."""
 
     bl_idname = "RL_GUIDED_PARITY"
     bl_label = "RL Guided Parity"
@@ -35,7 +35,7 @@ class Export(Exporter):
 
 
 def render(scene: bpy.types.Scene, samples: int, folder: Path) -> np.ndarray:
-    """Images of so many samples that differ by their seed, (RENDERS, H, W, 4) float32, top row first."""
+    """RENDERS images with different seeds, (RENDERS, H, W, 4) float32, top row first."""
     settings = scene.render
     settings.threads_mode, settings.threads = "FIXED", 1
     settings.use_persistent_data = True
@@ -44,7 +44,7 @@ def render(scene: bpy.types.Scene, samples: int, folder: Path) -> np.ndarray:
     scene.cycles.samples = samples
     images = []
     for scene.cycles.seed in range(RENDERS):
-        settings.filepath = str(folder / f"{scene.cycles.seed}.exr")  # data that persist are not told of a seed alone
+        settings.filepath = str(folder / f"{scene.cycles.seed}.exr")  # persistent data do not notice that only the seed changed
         bpy.ops.render.render(write_still=True)
         with OpenEXR.File(settings.filepath) as file:
             images.append(file.channels()["RGBA"].pixels)
@@ -52,7 +52,7 @@ def render(scene: bpy.types.Scene, samples: int, folder: Path) -> np.ndarray:
 
 
 def export(scene: bpy.types.Scene, path: Path) -> None:
-    """Through a render, because only an engine is given the depsgraph in render mode."""
+    """The scene, exported through a render: only an engine gets the depsgraph in render mode."""
     scene.render.engine = Export.bl_idname
     bpy.ops.render.render()
     assert Export.exported
@@ -60,7 +60,7 @@ def export(scene: bpy.types.Scene, path: Path) -> None:
 
 
 def run(case: Case, folder: Path) -> None:
-    """All that the folder shall receive of a case."""
+    """Write the files of a case into the folder."""
     stage = Stage()
     case.build(stage)
     with tempfile.TemporaryDirectory() as images:
@@ -72,13 +72,13 @@ def run(case: Case, folder: Path) -> None:
 
 
 def main(folder: Path, names: list[str]) -> None:
-    """One case after another; one that fails does not keep the others from being made."""
+    """Make the cases in turn. If one fails, the others are still made."""
     addon.register()
     bpy.utils.register_class(Export)
     for name in names:
         try:
             run(CASES[name], folder)
-        except Exception:  # noqa: BLE001  # reported by the case's own test
+        except Exception:  # noqa: BLE001  # the case's own test reports it
             (folder / f"{name}.error").write_text(traceback.format_exc(limit=-3))
     bpy.utils.unregister_class(Export)
     addon.unregister()

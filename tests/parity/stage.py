@@ -1,4 +1,4 @@
-"""What the cases of the parity suite build scenes with: a floor, a ball, a box, lamps and node trees, by bpy's data API."""
+"""Building blocks of the parity cases: a floor, a ball, a box, lamps and node trees, made by bpy's data API."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ GREY, ORANGE, BLUE = (0.6, 0.6, 0.6), (0.8, 0.35, 0.12), (0.15, 0.35, 0.75)
 
 
 class Nodes:
-    """A node tree that is told what it consists of."""
+    """Builds a node tree."""
 
     def __init__(self, tree: bpy.types.NodeTree, output: str) -> None:
         self.tree = tree
@@ -25,7 +25,7 @@ class Nodes:
     def add(self, kind: str, inputs: Mapping[str, Any] | None = None, **attributes: Any) -> bpy.types.Node:
         """A node of type ShaderNode`kind`.
 
-        Inputs are found by the socket's identifier, otherwise by its name; see `set_input` for what they may be.
+        `inputs` are values by the socket's identifier, or else by its name; see `set_input` for values.
         """
         node = self.tree.nodes.new(f"ShaderNode{kind}")
         for name, value in attributes.items():
@@ -35,7 +35,7 @@ class Nodes:
         return node
 
     def set_input(self, socket: bpy.types.NodeSocket, value: Any) -> None:
-        """A number, a colour or vector of three, a node (its first output that is in use), or (node, name of the output)."""
+        """Set an input, or link it. A value is a number, three numbers, a node (its first enabled output), or (node, name of an output)."""
         if isinstance(value, bpy.types.Node):
             value = value, next(output.identifier for output in value.outputs if output.enabled)
         if isinstance(value, tuple) and isinstance(value[0], bpy.types.Node):
@@ -46,7 +46,7 @@ class Nodes:
             socket.default_value = value
 
     def surface(self, shader: Any) -> None:
-        """Lead a shader to the output."""
+        """Link a shader to the output."""
         self.set_input(self._output.inputs["Surface"], shader)
 
 
@@ -56,10 +56,10 @@ def _socket(sockets: Any, name: str) -> bpy.types.NodeSocket:
 
 
 class Stage:
-    """An empty scene with a camera that looks at the origin's surroundings from the front, and Cycles' settings without any bias."""
+    """An empty scene. The camera looks at the origin from the front; Cycles' settings have no bias."""
 
     def __init__(self) -> None:
-        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # without reloading the add-ons, which takes longest
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # quick: it does not reload the add-ons
         self.data = bpy.data
         self.scene = bpy.context.scene
         self.scene.world = bpy.data.worlds.new("World")
@@ -86,7 +86,7 @@ class Stage:
         return thing
 
     def aim(self, thing: bpy.types.Object, at: Color) -> None:
-        """Turn an object's -z axis to a point, y up."""
+        """Turn an object: -z points to `target`, y is up."""
         thing.rotation_euler = (Vector(at) - thing.location).to_track_quat("-Z", "Y").to_euler()
 
     def edit(self, *things: bpy.types.Object) -> None:
@@ -109,7 +109,7 @@ class Stage:
         return self.place("Ball", data, at, **attributes)
 
     def box(self, material: bpy.types.Material | None = None, at: Color = (1.3, 0.2, 0.75), **attributes: Any) -> bpy.types.Object:
-        """A cube of edge 1.4, turned a little and not on the floor, as two surfaces in one place have no order."""
+        """A cube of edge 1.4, turned a little. It does not touch the floor: two surfaces in one place have no order."""
         data = mesh(bmesh.ops.create_cube, material, size=1.4)
         return self.place("Box", data, at, **({"rotation_euler": (0.0, 0.0, 0.5)} | attributes))
 
@@ -121,7 +121,7 @@ class Stage:
     # --- light -------------------------------------------------------------------------------------------------------
 
     def lamp(self, kind: str, at: Color = (1.5, -2.0, 3.5), power: float = 300.0, **attributes: Any) -> bpy.types.Object:
-        """A lamp that shines at the middle of the set; attributes are the light's own."""
+        """A lamp that shines at the middle of the set. `attributes` are those of the light."""
         light = bpy.data.lights.new("Lamp", kind)
         light.energy = power
         for name, value in attributes.items():
@@ -131,12 +131,12 @@ class Stage:
         return thing
 
     def lights(self) -> None:
-        """A very large lamp and a sky: light that makes little noise on any surface, caustics included."""
+        """A very large lamp and a sky: little noise on any surface, even in caustics."""
         self.lamp("AREA", (2.0, -2.5, 4.5), 500.0, size=5.0)
         self.sky((0.3, 0.4, 0.55))
 
     def sky(self, color: Any, strength: float = 1.0) -> Nodes:
-        """The world's background; the nodes, for whatever the colour shall come from."""
+        """The world's background. Returns its nodes, so that a case can link the colour."""
         nodes = Nodes(self.scene.world.node_tree, "ShaderNodeOutputWorld")
         nodes.surface(nodes.add("Background", {"Color": color, "Strength": strength}))
         return nodes
@@ -149,7 +149,7 @@ class Stage:
         return material, Nodes(material.node_tree, "ShaderNodeOutputMaterial")
 
     def material(self, kind: str, inputs: Mapping[str, Any], **attributes: Any) -> bpy.types.Material:
-        """A material of one shader node with constant inputs."""
+        """A material: one shader node with constant inputs."""
         material, nodes = self.nodes()
         nodes.surface(nodes.add(kind, inputs, **attributes))
         return material
@@ -163,7 +163,7 @@ class Stage:
         return self.material("Emission", {"Color": color, "Strength": strength})
 
     def subject(self, kind: str, inputs: Mapping[str, Any], **attributes: Any) -> None:
-        """Ball and box of one shader on a diffuse floor, well lit."""
+        """Ball and box of one shader on a diffuse floor, brightly lit."""
         self.lights()
         self.floor(self.diffuse(GREY))
         material = self.material(kind, inputs, **attributes)
@@ -171,17 +171,17 @@ class Stage:
         self.box(material)
 
     def chart(self, paint: Callable[[Nodes], Any]) -> tuple[bpy.types.Object, ...]:
-        """Floor, ball and box that emit what `paint` computes, so that the image shows it free of noise."""
+        """Floor, ball and box that emit the colour of `paint`: the image shows it without noise."""
         material, nodes = self.nodes()
         nodes.surface(nodes.add("Emission", {"Color": paint(nodes)}))
         return self.floor(material), self.ball(material), self.box(material)
 
     def image(self, width: int = 8, height: int = 6, colorspace: str = "sRGB", **options: Any) -> bpy.types.Image:
-        """An image of random texels, packed; alpha too, if it has any."""
+        """A packed image of random texels. With `alpha=True`, alpha is random too."""
         image = bpy.data.images.new("Image", width, height, **options)
         image.colorspace_settings.name = colorspace
         texels = np.random.default_rng(7).random((height * width, 4), np.float32)
-        texels[:, 3] = 0.5 + 0.5 * texels[:, 3] if options.get("alpha") else 1.0  # few would outshine all others if divided by less
+        texels[:, 3] = 0.5 + 0.5 * texels[:, 3] if options.get("alpha") else 1.0  # at least 0.5: Cycles divides by alpha
         image.pixels.foreach_set(texels.ravel())
         image.pack()
         return image
@@ -206,9 +206,9 @@ def _without_bias(scene: bpy.types.Scene) -> None:
     cycles.pixel_filter_type = "BOX"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
-    cycles.sampling_pattern = "TABULATED_SOBOL"  # its pixels are independent of each other, those of blue noise are not
+    cycles.sampling_pattern = "TABULATED_SOBOL"  # its pixels are independent of each other; with blue noise they are not
 
 
 def degrees(angle: float) -> float:
-    """In radians, as Blender has all angles."""
+    """Degrees in radians, Blender's unit."""
     return math.radians(angle)

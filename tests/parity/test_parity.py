@@ -1,7 +1,7 @@
-"""Cycles is the oracle: each small scene is exported and rendered here, and must be the image that Cycles makes of it.
+"""Cycles is the oracle: each small scene is exported, rendered here, and equals the image by Cycles.
 
-Means of blocks of pixels are compared by Welch's t-test, with the variances of both renderers; a false alarm has the probability
-`significance.ALARM` for each scene. A scene that shows too little to find a bias of 2 % in the whole image fails, too.
+Welch's t-test compares means of blocks of pixels, with the variances of both renderers. The false-alarm rate for each scene is
+`significance.ALARM`. A scene also fails if a bias of 2 % in the whole image would not be seen.
 """
 
 import subprocess
@@ -22,7 +22,7 @@ from tests.significance import Estimate, assert_same, detectable_difference, poo
 ROOT = Path(__file__).resolve().parents[2]
 PROCESSES = 2
 BLOCK = 4  # pixels
-SAMPLES = 16  # ours, for each sample of one of Cycles' eight renders: twice as many in all, as Cycles' are stratified
+SAMPLES = 16  # ours, for each sample in one of Cycles' eight renders. In all we take twice as many, as those of Cycles are stratified
 WEAKEST = 0.02
 BLIND = [name for name, case in CASES.items() if case.blind]
 
@@ -31,7 +31,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.blender]
 
 @pytest.fixture(scope="session")
 def oracle(request: pytest.FixtureRequest, made_once: Once) -> Path:
-    """A folder with what Cycles and the exporter made of every case that is going to be tested."""
+    """The folder of `oracle`: images by Cycles and bundles, for the cases of this test run."""
     items = [item for item in request.session.items if item.path == Path(__file__)]
     names = list(dict.fromkeys(item.callspec.params["name"] for item in items))
 
@@ -53,7 +53,7 @@ def read_oracle(folder: Path, name: str) -> tuple[Estimate, SceneData]:
 
 
 def rendered(scene: SceneData, case: Case, nee: bool) -> Estimate:
-    """Our image; with alpha where the film is transparent."""
+    """Our image, with alpha if the film is transparent."""
     film = render(scene, Render(spp=case.samples * SAMPLES, seed=1, nee=nee)).film
     mean, variance = film.mean().astype(float), film.variance_of_mean()
     if scene.film.transparent:
@@ -63,14 +63,14 @@ def rendered(scene: SceneData, case: Case, nee: bool) -> Estimate:
 
 
 def in_blocks(image: Estimate) -> Estimate:
-    """Means of blocks of pixels, fewer at the right and bottom edges, and of the whole image: (N, channels)."""
+    """Means (N, channels) over blocks of pixels, and last over the whole image. Blocks at the right and bottom edges may be smaller."""
     rows, columns = (np.arange(size) // BLOCK for size in image.mean.shape[:2])
     block = rows[:, None] * (columns[-1] + 1) + columns[None, :]
     return pooled(image, block.ravel()).joined(pooled(image, np.zeros(block.size, int)))
 
 
 def compare(folder: Path, case: Case, nee: bool) -> None:
-    """All that a case has to show."""
+    """Losses are those of the case, the image is that of Cycles, and a bias of WEAKEST would be seen."""
     theirs, scene = read_oracle(folder, case.name)
     assert tuple(loss.detail for loss in scene.coverage) == case.losses
     ours = rendered(scene, case, nee)

@@ -1,4 +1,4 @@
-"""The campaigns can fail: an input that crashes, hangs, raises, says too much, takes too much or writes elsewhere is found, and kept."""
+"""The campaigns can fail: they find and keep an input that crashes, hangs, raises, writes elsewhere, says too much or takes too much."""
 
 import os
 import random
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.reliability import __main__ as campaigns
-from benchmarks.reliability import fuzzing, mutations, trying, worker
+from benchmarks.reliability import fuzzing, mutations, npz, trying, worker
 from benchmarks.reliability.commands import difference, digest, leftovers
 from benchmarks.reliability.guard import Guard
 from benchmarks.reliability.ledger import FoundError, Ledger, Outcome, from_line, line, source
@@ -25,7 +25,7 @@ def guard(tmp_path: Path) -> Guard:
 
 
 def refuse(text: str) -> None:
-    raise FloatingPointError(text)  # InputError would make its text printable
+    raise FloatingPointError(text)  # not InputError, which makes its text printable
 
 
 def leave_through_link(folder: Path, guard: Guard) -> None:
@@ -43,7 +43,7 @@ def chmod_through_link(folder: Path, guard: Guard) -> None:
     (folder / "image.exr").chmod(0o600)
 
 
-# What a program might do, and the kind of finding that it is.
+# Name: what a program might do, and how the finding begins.
 BAD = {
     "raise": (lambda folder, guard: {}["x"], "traceback: KeyError"),
     "leave": (lambda folder, guard: sys.exit(1), "traceback: SystemExit"),
@@ -61,7 +61,7 @@ BAD = {
     "over a link": (overwrite_through_link, "write: opened"),
     "chmod a link": (chmod_through_link, "write: os.chmod"),
     "start something": (lambda folder, guard: subprocess.run(["true"]), "write: subprocess.Popen"),
-    "unpickle": (lambda folder, guard: mutations.Opened().__reduce__()[0](guard.root / "unpickled"), "write: os.mkdir"),
+    "unpickle": (lambda folder, guard: npz.Opened().__reduce__()[0](guard.root / "unpickled"), "write: os.mkdir"),
     "take memory": (lambda folder, guard: np.ones(10_000_000), "memory"),
     "differ": (lambda folder, guard: (_ for _ in ()).throw(FoundError("difference: a pixel")), "difference: a pixel"),
 }
@@ -76,7 +76,7 @@ GOOD = {
 
 
 class Doing:
-    """An input that does something."""
+    """A trial that calls a function."""
 
     def __init__(self, do, guard: Guard) -> None:
         self._do, self._guard = do, guard
@@ -102,7 +102,7 @@ def test_what_is_good_is_not(name, guard):
     assert not (guard.work / "3").exists()
 
 
-# A campaign in processes of its own: the third input crashes, the fifth hangs.
+# A campaign in child processes: input 2 crashes, input 4 hangs.
 DEADLY = """
 import os, signal, time
 from benchmarks.reliability import trying
@@ -116,7 +116,7 @@ class Fuzz:
         if folder.name == "4":
             time.sleep(100000)
         if folder.name == "3":
-            trying.LIMIT = 5.0  # of the next one alone: no other is taken for hanging
+            trying.LIMIT = 5.0  # for input 4 alone: no other input counts as hanging
         return "accepted", ""
 """
 
@@ -151,7 +151,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path, capsys, monkeypatch):
             tried.append(step)
             if len(tried) == 3:
                 raise KeyboardInterrupt
-            yield Outcome(step, "accepted", finding="write: too much" * (step == 1))
+            yield Outcome(step, "accepted", finding="write: too much" if step == 1 else "")
 
     monkeypatch.setattr("benchmarks.reliability.writers.outcomes", outcomes)
     assert campaigns.main(["writers", "--out", str(tmp_path)]) == 130
@@ -174,8 +174,8 @@ def test_a_seed_does_it_again(seed):
     def all_of_them() -> tuple:
         rng = random.Random(seed)
         text = mutations.text(mutations.damaged(values, rng), rng)
-        other = mutations.damaged_array(array, rng)
-        return text, repr(other), mutations.damaged_bytes(b"x" * 100, rng), mutations.archive({"a": array, "b": array}, rng)
+        other = npz.damaged_array(array, rng)
+        return text, repr(other), mutations.damaged_bytes(b"x" * 100, rng), npz.archive({"a": array, "b": array}, rng)
 
     with np.errstate(all="ignore"):
         assert all_of_them() == all_of_them()
@@ -208,7 +208,7 @@ def test_differences_and_leftovers_are_seen(tmp_path):
 
 
 def minutes(slope: float, count: int = 60, process: int = 7, first: float = 300.0) -> list[dict[str, float]]:
-    """Measures of a worker that grows by so many MiB in an hour."""
+    """Measures of a worker that grows by `slope` MiB an hour."""
     rng = np.random.default_rng(0)
     others: dict[str, float] = {"jobs": 3, "files": 9, "threads": 5, "temporary": 0, "process": process}
     return [{"step": k, "memory": first + slope * k / 60 + rng.normal()} | others for k in range(count)]
@@ -238,7 +238,7 @@ def test_kills_that_meet_no_checkpoint_are_a_finding(went_on, idle, tmp_path, mo
 def test_another_source_is_another_campaign(tmp_path):
     (tmp_path / "addon").mkdir()
     seen = {source(tmp_path)}
-    for text in ("a = 1", "a = 2", "a = 22"):  # whatever is committed
+    for text in ("a = 1", "a = 2", "a = 22"):  # committed or not
         (tmp_path / "addon" / "a.py").write_text(text)
         seen.add(source(tmp_path))
     assert len(seen) == 4

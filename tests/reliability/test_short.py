@@ -1,6 +1,6 @@
-"""A short run of each campaign of `./build.sh reliability`, seeds fixed.
+"""A short run of each campaign of `./build.sh reliability`, with fixed seeds.
 
-Two cold starts at once are not among them, as each compiles for minutes: `./build.sh reliability starts`. Neither are damaged kernels.
+Not here, because they compile for minutes: two cold starts at once (`./build.sh reliability starts`), and damaged kernels.
 """
 
 import os
@@ -25,7 +25,7 @@ def guard(compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Gu
 
 
 def findings(kind: str, guard: Guard, count: int, **options) -> list[str]:
-    """What is found by so many inputs."""
+    """The findings of `count` inputs."""
     used = trial(kind, guard, options)
     try:
         outcomes = list(tried(used, guard, SEED, range(count)))
@@ -55,7 +55,7 @@ def test_damaged_bundles_render_or_cost_one_line(guard, monkeypatch):
 
 
 def found(outcomes) -> list[str]:
-    """What is found by a campaign that tries no inputs."""
+    """The findings of a campaign without inputs."""
     all_of_them = list(outcomes)
     assert all_of_them
     return [f"{outcome.result}: {outcome.finding}" for outcome in all_of_them if outcome.finding]
@@ -90,5 +90,5 @@ def test_a_worker_goes_on_after_bad_jobs(compiled, tmp_path):
 
 
 def test_the_surrounding_is_that_of_the_test(guard):
-    """Or these would write into the user's own cache."""
+    """Otherwise these tests would write into the user's cache."""
     assert os.environ["XDG_CACHE_HOME"] == str(guard.cache)

@@ -1,9 +1,12 @@
 """Measures Blender's reflection models in Cycles, without noise: python bsdf_oracle.py SPEC.json OUT.npy.
 
-One pixel for each case: a quad of the case's material, seen by an orthographic camera from the case's wo and lit by one sun at a
-time, so that its radiance is f |cos|. SPEC has "materials", each a node's "node", "inputs" (a number, a colour or a vector) and
-"properties"; "cases", each an index of materials, a 3 x 3 matrix from the frame of the quad (normal +z) to world space, in which
-wo is +z, and whether the quad turns its back; and "suns", unit vectors in world space towards the light. OUT is (suns, cases, 3).
+Each case is a pixel: a quad of the case's material, seen by an orthographic camera from wo and lit by one sun at a time. Its radiance
+is f |cos|. SPEC has
+  materials  {"node", "inputs": numbers, colours or vectors by name, "properties"} of each,
+  cases      (index of a material; 3 x 3 matrix from the quad's frame, with normal +z, to world space, with wo = +z; whether the quad
+             turns its back) of each,
+  suns       unit vectors in world space towards the light.
+OUT is (suns, cases, 3).
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 
@@ -16,7 +19,7 @@ import bpy
 import numpy as np
 import OpenEXR
 
-SPACING = 4  # pixels from case to case, so that no quad reaches into another's pixel
+SPACING = 4  # pixels between cases, so that no quad reaches into another's pixel
 
 
 def material(spec: dict) -> bpy.types.Material:
@@ -29,7 +32,7 @@ def material(spec: dict) -> bpy.types.Material:
         setattr(node, name, value)
     for name, value in spec["inputs"].items():
         socket = node.inputs[name]
-        if socket.type == "VECTOR":  # a normal or a tangent counts only where it is linked
+        if socket.type == "VECTOR":  # a normal or tangent has an effect only if linked
             vector = nodes.new("ShaderNodeCombineXYZ")
             for axis, x in zip("XYZ", value, strict=True):
                 vector.inputs[axis].default_value = x
@@ -47,7 +50,7 @@ def place(cases: list, materials: list) -> int:
     for k, (_, frame, back) in enumerate(cases):
         center = SPACING * np.array([k % side, k // side, 0]) + [0.5, 0.5, 0]
         to_world = np.array(frame)
-        # Long enough across the tilt to cover the pixel, however grazing it is seen.
+        # Long enough along the tilt to cover the pixel even at a grazing view.
         x = np.cross(to_world[:, 2], [0, 0, 1])
         x = x / np.linalg.norm(x) if np.linalg.norm(x) > 1e-9 else np.array([1.0, 0, 0])
         y = np.cross(to_world[:, 2], x) / abs(to_world[2, 2])
@@ -64,7 +67,7 @@ def place(cases: list, materials: list) -> int:
 
 
 def prepare(side: int) -> None:
-    """Camera, sun and settings for one exact sample a pixel."""
+    """Camera, sun and settings: one exact sample per pixel."""
     scene = bpy.context.scene
     bpy.ops.object.light_add(type="SUN")
     sun = bpy.context.object.data
@@ -82,7 +85,7 @@ def prepare(side: int) -> None:
 
 
 def render(direction: list, side: int, count: int, folder: Path) -> np.ndarray:
-    """The radiance of each case under the sun in this direction, (cases, 3)."""
+    """The radiance (cases, 3) under a sun in one direction."""
     from mathutils import Vector
 
     sun = next(o for o in bpy.context.scene.objects if o.type == "LIGHT")

@@ -1,6 +1,6 @@
-"""Renders a .blend by Cycles, once for each seed, without anything that biases it: python oracle.py SCENE.blend FOLDER SIZE SPP SEEDS.
+"""Renders a .blend by Cycles without bias, once for each seed: python oracle.py SCENE.blend FOLDER SIZE SPP SEEDS.
 
-Where SCENE.blend does not exist, it is made: a smooth ball and a box of Principled materials, one of which glows, under a coloured sky.
+If SCENE.blend does not exist, it is made: a smooth ball and a box of Principled materials under a coloured sky. One material emits.
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 
@@ -37,12 +37,12 @@ def build(path: Path) -> None:
     scene.world = bpy.data.worlds.new("Sky")
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.4, 0.6, 0.9, 1)
     scene.render.resolution_y = scene.render.resolution_x
-    scene.cycles.pixel_filter_type = "BOX"  # here, too, so that it is exported
+    scene.cycles.pixel_filter_type = "BOX"  # set here as well, so that it is exported
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 
 
 def render(folder: Path, size: int, spp: int, seeds: int) -> None:
-    """Writes 0.exr, 1.exr, ...; linear, 32 bits, `size` pixels along the longer side."""
+    """Write 0.exr, 1.exr, ...: linear, 32 bits, `size` pixels along the longer side."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     width, height = scene.render.resolution_x, scene.render.resolution_y

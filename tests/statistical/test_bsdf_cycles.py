@@ -1,4 +1,4 @@
-"""Every reflection model against Cycles, point by point: both are exact, so that no statistics is needed."""
+"""Every reflection model equals Cycles, point by point. Both are exact, so no statistics are needed."""
 
 import json
 import subprocess
@@ -13,7 +13,7 @@ from tests.bsdf import direction, surface_of
 pytestmark = pytest.mark.blender
 
 ORACLE = Path(__file__).with_name("bsdf_oracle.py")
-TURN = 37.0  # degrees from x to wo, so that no axis is special
+TURN = 37.0  # degrees from x to wo: no axis is special
 VIEWS = [direction(angle, TURN) for angle in (5, 40, 70, 85)]
 SUNS = [direction(angle, turn) for angle, turn in ((10, 0), (45, 20), (45, 200), (75, 100), (140, 60), (170, 240))]
 NODES = {
@@ -25,7 +25,7 @@ SOCKETS |= {"coat_ior": "Coat IOR", "specular_ior_level": "Specular IOR Level"}
 RED, GREEN = (0.9, 0.3, 0.1), (0.2, 0.8, 0.4)
 TILTED = tuple(direction(25, 80))
 
-# Kind, inputs, and by how much values may differ, relative to the greatest. Tables err where they are interpolated.
+# Kind, inputs, and the tolerance relative to the greatest value. Interpolation in tables has errors.
 EXACT, TABLES = 1e-5, 2e-4
 CASES = [
     ("diffuse", {"color": RED}, EXACT),
@@ -61,14 +61,14 @@ CASES = [
 
 
 def frame(wo: np.ndarray) -> np.ndarray:
-    """The rotation that brings wo to +z."""
+    """The rotation from wo to +z."""
     x = np.cross([0, 0, 1], wo)
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(wo, x), wo])
 
 
 def node(kind: str, inputs: dict, to_world: np.ndarray) -> dict:
-    """The oracle's word for a material; normals and tangents turn with the frame."""
+    """A material as `bsdf_oracle` reads it. Normals and tangents turn with the frame."""
     names = {name: SOCKETS.get(name, name.replace("_", " ").title()) for name in inputs if name != "multiscatter"}
     turned = {name: (to_world @ inputs[name]).tolist() if name.endswith(("normal", "tangent")) else inputs[name] for name in names}
     made = {"node": f"ShaderNodeBsdf{NODES[kind]}", "inputs": {names[name]: value for name, value in turned.items()}}
@@ -84,7 +84,7 @@ def measured(tmp_path_factory) -> np.ndarray:
     frames = [frame(wo) for wo in VIEWS]
     materials = [node(kind, inputs, f) for kind, inputs, _ in CASES for f in frames]
     cases = [[m, frames[m % len(frames)].tolist(), back] for m in range(len(materials)) for back in (False, True)]
-    # The suns stand still in the world; seen from each quad they stand elsewhere.
+    # The suns are fixed in the world, so each quad sees them in other directions.
     spec = {"materials": materials, "cases": cases, "suns": [list(s) for s in SUNS]}
     (folder / "spec.json").write_text(json.dumps(spec))
     subprocess.run([sys.executable, str(ORACLE), str(folder / "spec.json"), str(folder / "out.npy")], check=True, stdout=subprocess.DEVNULL)
@@ -93,7 +93,7 @@ def measured(tmp_path_factory) -> np.ndarray:
 
 
 def refracts(inputs: dict, wo: np.ndarray, wi: np.ndarray, back: bool) -> np.ndarray:
-    """Whether a microfacet seen from its front sends wo to wi, or wi is a reflection. Cycles lets light through others too."""
+    """Whether wi is a reflection, or is refracted by a microfacet seen from its front. Cycles transmits by other microfacets, too."""
     ior = inputs.get("ior", 1.5) ** (-1 if back else 1)
     half = -(ior * wi + wo)
     half *= np.sign(half[:, 2:])

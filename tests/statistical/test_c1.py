@@ -1,4 +1,4 @@
-"""Scene C1 of the slides against independently measured numbers: a wrong camera, light, BSDF or metric cannot hit them all."""
+"""Scene C1 against numbers measured independently, by the slides. A wrong camera, light, BSDF or metric misses some of them."""
 
 from functools import cache
 from pathlib import Path
@@ -26,12 +26,12 @@ def c1() -> SceneData:
 
 @cache
 def truth() -> np.ndarray:
-    """Of 1,024 samples per pixel, as it comes with the scene."""
+    """The reference that comes with the scene: 1,024 samples per pixel."""
     return read_exr(SCENES / "c1-reference.exr")[0]
 
 
 def error(guide: Guide, nee: bool = False) -> float:
-    """Of the numbers of the slides' time, as the measured errors are."""
+    """The error with independent samples, as in the slides."""
     return error_of(Render(spp=SPP, nee=nee, sampler="independent", guide=guide))
 
 
@@ -45,20 +45,20 @@ def test_mean_radiance():
 
 
 def test_the_reference_that_comes_with_the_scene_is_of_it():
-    """Means over 25 x 25 pixels; the noise of theirs is about 0.1 %, so that 2 % are never reached by chance."""
+    """Means over 25 x 25 pixels. Their noise is about 0.1 %, so chance never reaches 2 %."""
     rendered = render(c1(), method("bsdf_nee")).image
     ours, theirs = (image.reshape(10, 25, 10, 25, 3).mean(axis=(1, 3)) for image in (rendered, truth()))
     np.testing.assert_allclose(ours, theirs, rtol=0.02)
 
 
-# Seeds move these errors by about 0.001.
+# The seed changes these errors by about 0.001.
 @pytest.mark.parametrize(("guide", "nee", "expected"), [(Uniform(), False, 0.413), (BSDF(), False, 0.238), (BSDF(), True, 0.0432)])
 def test_error_without_learning(guide, nee, expected):
     assert error(guide, nee) == pytest.approx(expected, abs=0.01 if not nee else 0.002)
 
 
 def test_error_with_learning():
-    assert error(DQN(first_steps=100, steps=6)) <= 0.15  # a quarter of the steps, for the time they take
+    assert error(DQN(first_steps=100, steps=6)) <= 0.15  # a quarter of the steps, to save time
 
 
 @pytest.mark.parametrize(("preset", "limit"), [("recommended", 0.10), ("recommended_nee", 0.040)])

@@ -1,4 +1,4 @@
-"""Camera rays of every kind of lens, filter and aperture: where they come from and go to, by the camera's definition turned round."""
+"""Camera rays of every lens, filter and aperture. The inverse of the camera's definition finds origin and pixel of each ray."""
 
 import math
 from dataclasses import replace
@@ -41,7 +41,7 @@ def draw_rays(of, pixels, u, origins, directions, spans):
 
 
 def rays(camera: Camera, film: Film = Film(), seed: int = 1) -> tuple[np.ndarray, ...]:
-    """Pixels in turn, and N rays through them in the camera's space: origins and unit directions, float64, and their spans."""
+    """N rays in camera space, through pixels in turn: (pixels, origins and unit directions in float64, spans)."""
     scene = replace(scenes.lit_quad(camera), film=film)
     pixels, u = np.arange(N) % (WIDTH * HEIGHT), np.random.default_rng(seed).random((N, 4), np.float32)
     origins, directions, spans = np.empty((N, 3), np.float32), np.empty((N, 3), np.float32), np.empty((N, 2), np.float32)
@@ -51,7 +51,7 @@ def rays(camera: Camera, film: Film = Film(), seed: int = 1) -> tuple[np.ndarray
 
 
 def on_film(camera: Camera, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Where rays pass the window, in pixels from its top left corner: for thin lenses by what they meet in the plane in focus."""
+    """Places of rays in the window, in pixels from its top left corner. A thin lens: by the points in the plane of focus."""
     left, right, bottom, top = camera.window
     if camera.kind == "panorama":
         x, y = np.arctan2(directions[:, 0], -directions[:, 2]), np.arcsin(directions[:, 1].clip(-1, 1))
@@ -89,7 +89,7 @@ def test_clip_distances_of_panoramas_are_measured_along_the_ray():
 
 
 def gaussian(x: np.ndarray) -> np.ndarray:
-    """Of a standard deviation of 1/12 where the table's ends are at 1/2, as Cycles has it."""
+    """Cycles' filter: a standard deviation of 1/12 if the table ends at +-1/2."""
     return np.exp(-2 * (6 * x) ** 2)
 
 
@@ -98,7 +98,7 @@ def blackman_harris(x: np.ndarray) -> np.ndarray:
     return 0.35875 - 0.48829 * np.cos(turn) + 0.14128 * np.cos(2 * turn) - 0.01168 * np.cos(3 * turn)
 
 
-@pytest.mark.parametrize(("curve", "reach"), [(gaussian, 3), (blackman_harris, 2)])  # in filter widths, from end to end
+@pytest.mark.parametrize(("curve", "reach"), [(gaussian, 3), (blackman_harris, 2)])  # from end to end, in filter widths
 @pytest.mark.parametrize("width", [1.0, 2.5])
 def test_samples_are_spread_by_the_filter(curve, reach, width):
     camera = LENSES["perspective"]
@@ -109,14 +109,14 @@ def test_samples_are_spread_by_the_filter(curve, reach, width):
     masses = curve((np.arange(bins * fine) + 0.5) / (bins * fine) - 0.5).reshape(bins, fine).sum(axis=1)
     masses /= masses.sum()
     counts = np.histogram2d(*offset.clip(-0.5, 0.5).T, bins=np.linspace(-0.5, 0.5, bins + 1))[0]
-    assert_distributed(counts, N * np.outer(masses, masses))  # both axes at once: they must not depend on each other
+    assert_distributed(counts, N * np.outer(masses, masses))  # both axes together: they are independent
 
 
 # --- apertures ---------------------------------------------------------------------------------------------------------
 
 
 def on_lens(camera: Camera) -> np.ndarray:
-    """Where rays leave the lens, (N, 2), in units of its radius."""
+    """Points (N, 2) where rays leave the lens, in units of its radius."""
     _, origins, directions, _ = rays(camera)
     if camera.kind == "orthographic":  # the lens moves with the pixel
         inside = on_film(camera, origins, directions) / (WIDTH, HEIGHT)
@@ -136,7 +136,7 @@ def test_round_apertures_are_discs(name):
 
 @pytest.mark.parametrize("name", ["three blades", "five blades"])
 def test_blades_make_a_regular_polygon(name):
-    """Each side's triangle gets its share, uniformly: the squared distance from the middle towards the side, and the way along it."""
+    """Each side's triangle is sampled uniformly, so both are uniform: squared distance towards the side, and position along it."""
     camera = LENSES[name]
     x, y = on_lens(camera).T
     step = 2 * np.pi / camera.blades

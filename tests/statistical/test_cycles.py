@@ -1,4 +1,4 @@
-"""Cycles is the oracle: what the exporter and the tracer make of a .blend has Cycles' brightness, whole and block by block."""
+"""Cycles is the oracle: an exported and rendered .blend has the brightness of Cycles' image, as a whole and in blocks."""
 
 import subprocess
 import sys
@@ -15,7 +15,7 @@ from blender_rl_guiding.settings import BSDF, Render
 
 SCRIPT = Path(__file__).with_name("oracle.py")
 C1 = Path(__file__).resolve().parents[2] / "scenes" / "c1.blend"
-NOISY = ("veach-ajar",)  # scenes that take more pixels to see 1 % in
+NOISY = ("veach-ajar",)  # scenes that need more pixels to show 1 %
 PUBLISHED = sorted((Path(__file__).resolve().parents[3] / "shared" / "scenes").glob("*.blend"))
 SIZE, BLOCK = 64, 8
 
@@ -23,7 +23,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.blender]
 
 
 def images(blend: Path, folder: Path, spp: int, seeds: int, size: int = SIZE) -> tuple[np.ndarray, np.ndarray]:
-    """Cycles' and our images of the same scene, (seeds, height, width, 3) each, `size` pixels along the longer side."""
+    """Images by Cycles and by us, (seeds, height, width, 3) each, with `size` pixels along the longer side."""
     command = [sys.executable, SCRIPT, blend, folder, str(size), str(spp), str(seeds)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     cycles = np.array([read_exr(folder / f"{seed}.exr")[0] for seed in range(seeds)], np.float64)
@@ -36,7 +36,7 @@ def images(blend: Path, folder: Path, spp: int, seeds: int, size: int = SIZE) ->
 
 
 def difference(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of two groups of independent measurements along axis 0: the difference of their means, and its standard error."""
+    """(difference of the means of two groups, its standard error). Measurements are independent, along axis 0."""
     error = np.sqrt(a.var(axis=0, ddof=1) / len(a) + b.var(axis=0, ddof=1) / len(b))
     return b.mean(axis=0) - a.mean(axis=0), error
 
@@ -44,13 +44,13 @@ def difference(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def test_c1_has_the_brightness_that_it_has_in_cycles(tmp_path: Path):
     cycles, ours = (group.mean(axis=(1, 2, 3)) for group in images(C1, tmp_path, spp=64, seeds=4))
     delta, error = np.array(difference(cycles, ours)) / cycles.mean()
-    assert abs(delta) + 3 * error < 0.01, f"{delta:+.4%} +- {error:.4%}"  # so that 1 % is excluded, not just unseen
+    assert abs(delta) + 3 * error < 0.01, f"{delta:+.4%} +- {error:.4%}"  # this excludes 1 %
 
 
 @pytest.mark.skipif(not PUBLISHED, reason="the published scenes do not lie beside the project")
 @pytest.mark.parametrize("blend", PUBLISHED, ids=lambda blend: blend.stem)
 def test_published_scenes_have_the_brightness_that_they_have_in_cycles(blend: Path, tmp_path: Path):
-    """Channel by channel, for whole scenes with glass, gloss, textures and Russian roulette: within 1 % and three standard errors."""
+    """Scenes with glass, gloss, textures and Russian roulette: each channel agrees within 1 % plus three standard errors."""
     cycles, ours = (group.mean(axis=(1, 2)) for group in images(blend, tmp_path, spp=32, seeds=4, size=160 if blend.stem in NOISY else 112))
     delta, error = np.array(difference(cycles, ours)) / cycles.mean(axis=0)
     assert (error < 0.01).all(), f"too few samples to see anything: {error}"

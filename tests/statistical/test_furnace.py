@@ -1,4 +1,4 @@
-"""Scenes whose image is known on paper: furnaces, one bounce at a time, and a rectangle's light on a plane."""
+"""Scenes with an analytic image: furnaces, single bounces, and a rectangular lamp over a plane."""
 
 import math
 from itertools import pairwise
@@ -33,14 +33,14 @@ ALBEDO, EMISSION = 0.6, 0.8
 
 
 def assert_flat(result: Result, truth: float) -> None:
-    """The image's mean, channel by channel, is the truth; pixels do not correlate, and samples of one have at most this variance."""
+    """The mean of each channel is the truth. Pixels are independent; a pixel has at most the film's variance."""
     variance = result.film.variance_of_mean()
     pixels = result.image.shape[0] * result.image.shape[1]
     assert_means(result.image.mean(axis=(0, 1), dtype=float), variance.sum(axis=(0, 1)) / pixels**2, truth)
 
 
 def series(bounces: int) -> float:
-    """Radiance in a furnace where light is scattered up to so many times."""
+    """E (1 - a^(n+1)) / (1 - a): radiance in a furnace with at most n scattering events."""
     return EMISSION * sum(ALBEDO**k for k in range(bounces + 1))
 
 
@@ -92,11 +92,11 @@ def test_no_bounce_shows_emitters_only(guide):
     assert len(np.unique(image.round(4), axis=0)) > 1
     np.testing.assert_array_equal(
         image, render(scene, Render(spp=8, nee=False, max_bounces=0), MACHINE).image
-    )  # no guide, no NEE plays a part
+    )  # guides and NEE have no effect
 
 
 def test_every_bounce_adds_its_own_share():
-    """Streams do not depend on the depth limit, so the difference of two limits is one bounce's contribution."""
+    """Streams do not depend on the depth limit, so two limits differ by the contribution of one bounce."""
     scene = scenes.furnace_box(ALBEDO, EMISSION, size=32)
     limits = [render(scene, Render(spp=64, nee=False, max_bounces=n, guide=Uniform()), MACHINE).image for n in range(4)]
     for n, (less, more) in enumerate(pairwise(limits), start=1):
@@ -113,7 +113,7 @@ def test_learning_goes_on_where_every_path_misses():
 
 
 def test_sphere_with_next_event_estimation_has_no_noise():
-    """Both densities are cos / pi everywhere, so the balance heuristic gives every estimate its exact value: but for the tessellation."""
+    """Both densities are cos / pi, so the balance heuristic makes every estimate exact, except for the tessellation."""
     result = render(scenes.furnace_sphere(ALBEDO, EMISSION), Render(spp=32, nee=True), MACHINE)
     assert result.image.mean() == pytest.approx(series(6), rel=2e-3)
     assert np.sqrt(result.film.variance_of_mean().mean() * 32) < 0.05 * series(6)
@@ -123,7 +123,7 @@ def test_sphere_with_next_event_estimation_has_no_noise():
 
 
 def plane_below_lamp(x: float, size: float) -> SceneData:
-    """A camera that looks at the point x of a floor from aside; a lamp of 1.2 x 0.8 at height 0.7 above it, all in units of `size`."""
+    """A camera looks at the point x of a floor. A lamp of 1.2 x 0.8 hangs at height 0.7. Lengths are in units of `size`."""
     b, s = scenes.Builder(), size
     b.quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), scenes.material("floor", (0.5, 0.5, 0.5)))
     low, high, y, z = x - 0.6 * s, x + 0.6 * s, 0.4 * s, 0.7 * s
@@ -132,7 +132,7 @@ def plane_below_lamp(x: float, size: float) -> SceneData:
 
 
 def form_factor(a: float, b: float, c: float) -> float:
-    """From a point to a parallel rectangle a x b at distance c, a corner of it straight above (Howell, configuration B-4)."""
+    """Form factor from a point to a parallel rectangle a x b at distance c, with a corner straight above (Howell, B-4)."""
     x, y = a / c, b / c
     p, q = math.sqrt(1 + x * x), math.sqrt(1 + y * y)
     return (x / p * math.atan(y / p) + y / q * math.atan(x / q)) / (2 * math.pi)
@@ -142,13 +142,13 @@ def form_factor(a: float, b: float, c: float) -> float:
 @by_guide
 @pytest.mark.parametrize(("x", "size"), [(0.0, 1.0), (3.0, 0.1)], ids=["", "close"])
 def test_lamp_lights_the_floor_by_its_form_factor(x, size, guide, nee):
-    """radiance = albedo / pi * irradiance = albedo * emission * form factor, even close to the lamp and far from the origin."""
+    """radiance = albedo / pi * irradiance = albedo * emission * form factor, close to the lamp and far from the origin, too."""
     result = render(plane_below_lamp(x, size), Render(spp=120, nee=nee, guide=guide), MACHINE)
     assert_flat(result, 0.5 * 5.0 * 4 * form_factor(0.6, 0.4, 0.7))
 
 
 def test_both_sides_of_an_emitter_shine():
-    """Cycles' mesh lights do, so that exported scenes agree with it."""
+    """As in Cycles, so exported scenes agree."""
     b = scenes.Builder()
     b.quad((-9, 2, -9), (-9, 2, 9), (9, 2, 9), (9, 2, -9), scenes.material("lamp", emission=(1.0, 2.0, 3.0)))
     for target in ((0, 1, 0), (0, -1, 0)):

@@ -1,4 +1,4 @@
-"""Lights: what is sampled follows its density, hits agree with samples, and together they make the irradiance that is known on paper."""
+"""Lights: samples follow the density, hits agree with samples, and irradiance equals its analytic value."""
 
 import math
 from dataclasses import replace
@@ -47,7 +47,7 @@ def test_alias_tables_draw_by_weight_and_leave_a_number_uniform(weights):
 
 
 def test_alias_tables_of_a_million_keep_rare_entries_rare():
-    """One number of 24 bits would round a column's share to a sixteenth."""
+    """A single number of 24 bits would round a column's share to 1/16."""
     weights = np.where(np.arange(1 << 20) % 2, 1.0, 0.01)
     chosen, rest = np.empty(N, np.int64), np.empty(N, np.float32)
     draw_alias(alias.alias_table(weights), numbers(), chosen, rest)
@@ -65,7 +65,7 @@ def draw_inverse(table, u, chosen, rest):
 
 @pytest.mark.parametrize("weights", [[1.0], [1, 0, 3, 1e-3], np.random.default_rng(3).exponential(size=1000) ** 3, [0, 0, 1, 0]])
 def test_inverse_tables_are_monotone_and_leave_a_number_uniform(weights):
-    """The entry of every number is known: numpy's own search."""
+    """Each number's entry equals that of NumPy's search."""
     weights, u = np.array(weights, float), np.sort(np.random.default_rng(1).random(N))
     chosen, rest = np.empty(N, np.int64), np.empty(N)
     draw_inverse(inverse.inverse_table(weights), u, chosen, rest)
@@ -85,7 +85,7 @@ LAMPS = {
     "ellipse": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, ellipse=True),
     "grid": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, spread=1.2),
 }
-POINTS = [(0.1, -0.2, -1.0), (0.9, 0.6, -0.5), (0.1, 0.05, -0.2)]  # the last within the ball
+POINTS = [(0.1, -0.2, -1.0), (0.9, 0.6, -0.5), (0.1, 0.05, -0.2)]  # the last is inside the ball
 
 
 @kernel
@@ -132,7 +132,7 @@ def test_a_ray_meets_what_was_sampled(name, x):
     wi, distance, light, pdf = sampled(LAMPS[name], x, 10_000)
     found, shining, density = met(LAMPS[name], x, wi)
     hit = np.isfinite(found)
-    assert hit.mean() > 0.995  # rounding at the rim
+    assert hit.mean() > 0.995  # some miss by rounding at the rim
     if name != "sun":
         np.testing.assert_allclose(found[hit], distance[hit], rtol=2e-3)
     np.testing.assert_allclose(shining[hit], light[hit], rtol=1e-3, atol=1e-5)
@@ -142,7 +142,7 @@ def test_a_ray_meets_what_was_sampled(name, x):
 @pytest.mark.parametrize("x", POINTS)
 @pytest.mark.parametrize("name", LAMPS)
 def test_lamps_are_sampled_by_their_density(name, x):
-    """The density is 1 over all directions; and cell by cell around the lamp's middle its integral is the share of samples."""
+    """The density integrates to 1, and in each cell around the lamp's middle to the share of samples."""
     wi, *_ = sampled(LAMPS[name], x)
     total, spread = integral(LAMPS[name], x, sphere(1_000_000), 4 * np.pi)
     assert_means(total, spread, 1.0)
@@ -160,35 +160,35 @@ def test_lamps_are_sampled_by_their_density(name, x):
 
 
 def integral(lamp: Lamp, x, probes: np.ndarray, solid_angle: float, cell: np.ndarray | None = None, count: int = 1):
-    """Of the density over each of so many cells, by directions uniform in a solid angle, and the estimates' variances."""
+    """(integrals of the density over cells, variances of these estimates), from directions uniform in a solid angle."""
     distance, _, pdf = met(lamp, x, probes)
     values = np.where(np.isfinite(distance), pdf, 0).astype(float) * solid_angle
     cell = np.zeros(len(probes), int) if cell is None else cell
     mean, squares = (np.bincount(cell, v, minlength=count) / len(probes) for v in (values, values**2))
-    return mean, (squares - mean**2) / len(probes) + (1e-6 * mean) ** 2  # the last for rounding, where the density is constant
+    return mean, (squares - mean**2) / len(probes) + (1e-6 * mean) ** 2  # the last term: rounding, if the density is constant
 
 
 def around(middle: np.ndarray) -> np.ndarray:
-    """Rows: two axes across the middle, and its unit vector."""
+    """Rows: two axes across the unit vector `middle`, and `middle`."""
     middle = middle / np.linalg.norm(middle)
     return np.vstack([np.linalg.svd(middle[None, :])[2][1:], middle])
 
 
 def cells(local: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Each direction's cell: rings around +z between cosines, cut in eight."""
+    """The cell of each direction: rings around +z between cosines, each cut in eight."""
     turn = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1
     return np.searchsorted(edges, local[:, 2]) * 8 + (turn * 8).astype(int).clip(max=7)
 
 
 def irradiance(lamp: Lamp, x) -> tuple[float, float]:
-    """Of a surface at x that faces upwards, by sampling: mean and its variance."""
+    """(irradiance of a surface at x that faces up, variance of the estimate), by sampling."""
     wi, _, light, pdf = sampled(lamp, x)
     values = light * np.maximum(wi[:, 2], 0) / np.where(pdf > 0, pdf, 1).astype(float)
     return values.mean(), values.var() / N + (1e-4 * values.mean()) ** 2
 
 
 def test_irradiance_of_each_lamp():
-    """Inverse squares for balls and points, the sine squared for suns, Lambert's integral for areas."""
+    """1 / d^2 for balls and points, sin^2 for suns, Lambert's integral for areas."""
     x = (0.0, 0.0, -2.0)
     assert_means(*irradiance(LAMPS["ball"], x), 1 / 4)
     assert_means(*irradiance(Lamp("", "point", IDENTITY, WHITE), x), 1 / 4)
@@ -202,7 +202,7 @@ def test_irradiance_of_each_lamp():
 
 
 def test_a_spread_keeps_the_power():
-    """Cosine-weighted over all directions the softbox sends out what Lambert's emitter does."""
+    """With the cosine, the softbox's radiance integrates to that of Lambert's emitter."""
     cosine = np.sqrt((np.arange(200_000) + 0.5) / 200_000).astype(np.float32)
     light = np.empty_like(cosine)
     shine(lamps.lamp_table((LAMPS["grid"],)), cosine, light)
@@ -214,7 +214,7 @@ def test_a_spread_keeps_the_power():
 
 @kernel
 def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf):
-    table, shading, surface = ref(table), ref(shading), ref(surface)  # as the tracer does: compiled once for both
+    table, shading, surface = ref(table), ref(shading), ref(surface)  # as in the tracer: Numba compiles it once for both
     for i in range(len(u)):
         choice = np.float64(u[i, 0])
         wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, choice, u[i, 1], u[i, 2])
@@ -222,7 +222,7 @@ def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf)
 
 
 def unfold(barycentric: np.ndarray) -> np.ndarray:
-    """Points uniform in a triangle become uniform in the unit square: the squared distance from corner 0, and the way across."""
+    """Maps uniform points in a triangle to uniform ones in the unit square: squared distance from corner 0, position across."""
     s = barycentric.sum(axis=1)
     return np.stack([s * s, barycentric[:, 0] / s], axis=1).clip(0, 1)
 

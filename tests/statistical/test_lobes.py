@@ -1,4 +1,4 @@
-"""Every lobe against its own density, by chi-squared, and against the laws of energy and reciprocity."""
+"""Every lobe: samples follow its density (chi-squared), energy is not gained, and reciprocity holds."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ from tests.bsdf import Surface, direction, surface_of
 from tests.significance import assert_distributed, assert_means, assert_uniform
 
 N = 100_000
-BINS, NODES = 16, 64  # bins of the sphere along z and around it, and quadrature nodes along each side of a bin
-ERROR = 1e-3  # of integrals over the sphere, at most: narrow lobes meet few of its directions
+BINS, NODES = 16, 64  # bins along z and around it; quadrature nodes along each side of a bin
+ERROR = 1e-3  # limit for the error of integrals over the sphere: narrow lobes contain few of its directions
 WHITE = (1.0, 1.0, 1.0)
 RED = (0.9, 0.3, 0.1)
 X = (1.0, 0.0, 0.0)
@@ -34,21 +34,21 @@ LOBES = [
     ("principled", {"base_color": RED}),
     ("principled", {"transmission": 0.5, "coat_weight": 0.5, "coat_roughness": 0.4, "sheen_weight": 0.3, "metallic": 0.3}),
 ]
-VIEWS = [(20, False), (65, False), (50, True), (84, True)]  # degrees from the normal, and whether the surface turns its back
+VIEWS = [(20, False), (65, False), (50, True), (84, True)]  # degrees from the normal; whether the surface is seen from its back
 
 each_lobe = pytest.mark.parametrize(("kind", "inputs"), LOBES, ids=[f"{kind}-{k}" for k, (kind, _) in enumerate(LOBES)])
 each_view = pytest.mark.parametrize(("angle", "back"), VIEWS)
 
 
 def numbers(count: int = N) -> np.ndarray:
-    """Uniform float32 numbers of numpy's own, (count, 3)."""
+    """NumPy's uniform numbers, (count, 3) float32."""
     return np.random.default_rng(1).random((count, 3), np.float32)
 
 
 def sphere() -> np.ndarray:
-    """Directions, one in each cell of a fine grid of equal solid angles, (n, 3); `per_bin` sums over its bins.
+    """Directions (n, 3), one in each cell of a fine grid of equal solid angles. `per_bin` sums over bins.
 
-    They are jittered, as the refracted lobe ends abruptly, here and there along a line of the grid.
+    They are jittered: the refracted lobe ends abruptly, in places along a line of the grid.
     """
     steps = BINS * NODES
     jitter = np.random.default_rng(2).random((2, steps, steps))
@@ -62,18 +62,18 @@ SOLID_ANGLE = 4 * np.pi / len(SPHERE)
 
 
 def per_bin(values: np.ndarray) -> np.ndarray:
-    """Integrals over the bins of what was evaluated on SPHERE."""
+    """Integrals over bins, from values on SPHERE."""
     return SOLID_ANGLE * values.astype(float).reshape(BINS, NODES, BINS, NODES).sum(axis=(1, 3))
 
 
 def counts(wi: np.ndarray) -> np.ndarray:
-    """How many directions fall in each bin."""
+    """The number of directions in each bin."""
     phi = np.arctan2(wi[:, 1], wi[:, 0]) % (2 * np.pi)
     return np.histogram2d(wi[:, 2].clip(-1, 1), phi, bins=BINS, range=[(-1, 1), (0, 2 * np.pi)])[0]
 
 
 def integral(seen: Surface) -> np.ndarray:
-    """The share of light scattered, RGB: the integral of f |cos|."""
+    """Albedo, RGB: the integral of f |cos|."""
     return SOLID_ANGLE * seen.evaluate(SPHERE)[0].astype(float).sum(axis=0)
 
 
@@ -87,7 +87,7 @@ def test_samples_follow_their_density(kind, inputs, angle, back):
     wi, label, _ = seen.sample(numbers())
     masses = per_bin(seen.evaluate(SPHERE)[1])
     assert masses.sum() < 1 + ERROR
-    # Failed samples are a bin of their own: the density misses just them.
+    # Failed samples are a bin of their own. The density's integral lacks exactly these.
     observed, expected = np.append(counts(wi[label > 0]), (label == 0).sum()), N * np.append(masses, max(1 - masses.sum(), 0))
     assert_distributed(observed, expected * N / expected.sum())
 
@@ -107,7 +107,7 @@ def test_weighted_samples_estimate_the_albedo(kind, inputs, angle, back):
 @pytest.mark.parametrize("angle", [5, 35, 50, 70])
 @pytest.mark.parametrize("back", [False, True])
 def test_glass_is_picked_as_often_as_it_scatters(back, angle, roughness):
-    """From inside, too, where it may reflect all: an estimate far below the albedo would make fireflies where light may pass straight."""
+    """From inside as well, where glass may reflect all. An estimate far below it makes fireflies where light passes straight."""
     seen = surface_of(("glass", {"roughness": roughness, "ior": 1.5}), wo=direction(angle), backfacing=back)
     np.testing.assert_allclose(seen.summary()[0], integral(seen)[0], rtol=0.2)
 
@@ -154,10 +154,10 @@ PRESERVING = [
 @pytest.mark.parametrize("angle", [10, 50, 75])
 @pytest.mark.parametrize(("kind", "inputs", "tolerance"), PRESERVING, ids=[f"{kind}-{k}" for k, (kind, *_) in enumerate(PRESERVING)])
 def test_white_lobes_keep_all_energy(kind, inputs, tolerance, angle):
-    """The tolerances are the errors of interpolation in the tables, which Cycles has too."""
+    """The tolerances are interpolation errors of the tables; Cycles has them, too."""
     seen = surface_of((kind, inputs), wo=direction(angle, 25))
     np.testing.assert_allclose(integral(seen), 1, atol=tolerance)
-    if kind != "glass":  # whose estimate is that of smooth glass
+    if kind != "glass":  # its estimate is that of smooth glass
         np.testing.assert_allclose(seen.summary()[0], 1, atol=tolerance)
 
 
@@ -188,7 +188,7 @@ RECIPROCAL = [
     ("metallic", {"roughness": 0.5, "multiscatter": 0.0}),
     ("glass", {"roughness": 0.6, "ior": 1.4, "multiscatter": 0.0}),
     ("refraction", {"roughness": 0.6, "ior": 1.4}),
-]  # the compensation depends on wo alone, as in Cycles, and is not reciprocal
+]  # as in Cycles, the compensation depends on wo alone, and so is not reciprocal
 
 
 @pytest.mark.parametrize(("kind", "inputs"), RECIPROCAL, ids=[f"{kind}-{k}" for k, (kind, _) in enumerate(RECIPROCAL)])
@@ -197,11 +197,11 @@ def test_light_takes_every_way_back(kind, inputs):
     for there in (direction(a, t) for a, t in ((20, 10), (60, 100), (80, 200), (130, 15), (155, 70), (160, 205))):
         wo, up = direction(35, 25), there[2] > 0
         forth = surface_of((kind, inputs), wo=wo).evaluate(there[None])[0][0] / abs(there[2])
-        # Seen from below the surface is turned over, so that its normal lies on the side of wo.
+        # Seen from below, the surface is turned over: its normal is on the side of wo.
         turn = np.array([1, 1, 1]) if up else np.array([1, -1, -1])
         back = surface_of((kind, inputs), wo=there * turn, backfacing=not up).evaluate((wo * turn)[None])[0][0] / wo[2]
         ior = inputs.get("ior", 1.0) if not up else 1.0
-        np.testing.assert_allclose(forth / ior**2, back, rtol=2e-4, atol=1e-7)  # radiance grows by ior^2 on its way in
+        np.testing.assert_allclose(forth / ior**2, back, rtol=2e-4, atol=1e-7)  # radiance grows by ior^2 when it enters
         found += forth.max() > 0
     assert found
 

@@ -1,4 +1,4 @@
-"""Passes against what they mean: renders of fewer bounces, and the geometry that the camera sees."""
+"""Passes equal renders with fewer bounces, or the geometry that the camera sees."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ OPEN = scenes.look((0, 0, 0), (0, 1, 0), 90, 8, 8)
     ("guide", "emphasis"), [(BSDF(), 0.0), (Uniform(), 0.0), (BSDF(), 0.5)], ids=lambda value: getattr(value, "kind", value)
 )
 def test_emission_and_direct_light_are_what_fewer_bounces_give(guide, emphasis, nee):
-    """Streams do not depend on the depth limit, so that a shorter render has the very same paths, cut off."""
+    """Streams do not depend on the depth limit, so a render with fewer bounces has the same paths, cut off."""
     scene = studio(24)
     settings = Render(spp=SPP, max_bounces=5, nee=nee, emphasis=emphasis, guide=guide)
     image, emission, direct = (render(scene, replace(settings, max_bounces=n), MACHINE).image for n in (5, 0, 1))
@@ -47,7 +47,7 @@ def test_passes_of_the_first_surface_are_those_of_the_geometry():
         np.testing.assert_allclose(layers[name], np.where(on[..., None], value, 0), atol=1e-5)
     x, y = np.meshgrid((np.arange(12) - 5.5) / 4, (3.5 - np.arange(8)) / 4)
     middles = np.where(on[..., None], np.stack([x, y, np.full_like(x, 0.5)], axis=-1), 0)
-    np.testing.assert_allclose(layers["Position"], middles, atol=5 * 0.25 / np.sqrt(12 * 400))  # five sigma of a pixel's mean
+    np.testing.assert_allclose(layers["Position"], middles, atol=5 * 0.25 / np.sqrt(12 * 400))  # five sigma of the mean in a pixel
     np.testing.assert_allclose(layers["Position"][on][:, 2], 0.5, atol=1e-5)
 
 
@@ -55,7 +55,7 @@ def test_passes_of_the_first_surface_are_those_of_the_geometry():
 
 
 def curtain(share: float, film: Film) -> Result:
-    """A white sky of radiance 1 behind a glowing sheet of radiance 3 that covers it by a share."""
+    """A white sky of radiance 1, behind a sheet of radiance 3 with a given opacity."""
     closures = Closure("emission", share, {"color": (3.0, 3.0, 3.0)}), Closure("transparent", 1 - share)
     b = scenes.Builder()
     b.quad((-9, 1, -9), (9, 1, -9), (9, 1, 9), (-9, 1, 9), Shader("sheet", (), closures))
@@ -72,7 +72,7 @@ def test_a_transparent_film_hides_the_sky(share, exposure):
 
 
 def test_the_hidden_sky_still_gives_light():
-    """A white cube in a white sky, of which it shows its half: alpha is 1 on it, 0 beside it."""
+    """A white cube in a white sky: alpha is 1 on the cube, 0 beside it."""
     shown = render(scenes.white_cube(24), Render(spp=16, passes=True), MACHINE)
     hidden = render(replace(scenes.white_cube(24), film=Film(transparent=True)), Render(spp=16), MACHINE)
     covered = shown.film.layers()["Albedo"][..., 0]

@@ -1,4 +1,4 @@
-"""Rays that leave a surface neither meet it again nor pass through what it encloses, at any size and distance from the origin."""
+"""Rays that leave a surface do not hit it again, and do not miss what it encloses, at any size and distance from the origin."""
 
 from dataclasses import replace
 
@@ -21,8 +21,8 @@ from tests.instancing import with_instances
 WHITE = scenes.material("white", (1.0, 1.0, 1.0))
 ANY = 1  # kind of rays
 AGAIN, THROUGH = range(2)
-SHELLS, RAYS = 12, 20_000  # of each kind, and from each side of each shell
-RARE = 1e-4  # share of rays that may: those that start within rounding of an edge
+SHELLS, RAYS = 12, 20_000  # shells of each kind; rays from each side of each shell
+RARE = 1e-4  # allowed share of rays: those that start within rounding of an edge
 
 
 @part
@@ -36,9 +36,9 @@ def grazing(n, u, v):
 
 @kernel
 def leave(surface, memory, first, object_, share, count, found):
-    """From points of a closed convex shell: count rays that go out and meet it again, and those that go in and meet nothing.
+    """From points of a closed convex shell, count rays that go out and hit it, and rays that go in and hit nothing.
 
-    `first` is the first triangle of this object, `share`: (1, T), the triangles' cumulative shares of the area.
+    `first`: the object's first triangle. `share` (1, T): cumulative shares of the triangles' area.
     """
     surface, memory = ref(surface), ref(memory)
     for i in range(count):
@@ -54,7 +54,7 @@ def leave(surface, memory, first, object_, share, count, found):
 
 
 def shell(points: np.ndarray) -> SceneData:
-    """The convex hull of points, (n, 3), as single precision has them; flat, seen from somewhere near."""
+    """A scene: the flat convex hull of points (n, 3) in single precision, seen from nearby."""
     points = points.astype(np.float32)
     hull = ConvexHull(points.astype(np.float64))
     corners, out = points[hull.simplices], hull.equations[:, :3]
@@ -79,12 +79,12 @@ def cube(rng: np.random.Generator) -> np.ndarray:
 
 
 def slab(rng: np.random.Generator) -> np.ndarray:
-    """Of 1 m, and 0.05 mm thick."""
+    """1 m wide, 0.05 mm thick."""
     return turned(cube(rng) * (1, 1, 5e-5), rng)
 
 
 def areas(scene: SceneData) -> np.ndarray:
-    """(1, T) float32, cumulative shares."""
+    """Cumulative shares of area, (1, T) float32."""
     a, b, c = scene.vertices[scene.triangles.T].astype(np.float64)
     cdf = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
     return (cdf / cdf[-1]).astype(np.float32)[None]
@@ -98,7 +98,7 @@ def areas(scene: SceneData) -> np.ndarray:
     ],
 )  # fmt: skip
 def test_rays_leave_and_stay_inside(kind, size, away):
-    """Fails at one ray in 10,000, of which there are a quarter of a million each way; there are up to 6."""
+    """At most one ray in 10,000 fails. There are a quarter of a million rays each way; up to 6 fail today."""
     rng, memory, found = np.random.default_rng(3), rays(), np.zeros(2, np.int64)
     for _ in range(SHELLS):
         scene = shell(kind(rng) * size + turned(np.array([(away, 0.0, 0.0)]), rng))
@@ -115,12 +115,12 @@ def test_rays_leave_and_stay_inside(kind, size, away):
     ],
 )  # fmt: skip
 def test_rays_leave_and_stay_inside_instances(kind, size, beside, scale, away):
-    """As above, of meshes that lie `beside` their own origin and are scaled and turned to where they are."""
+    """The same for instances: their meshes lie `beside` the mesh's origin; a matrix scales, turns and moves them."""
     rng, memory, found = np.random.default_rng(4), rays(), np.zeros(2, np.int64)
     for _ in range(SHELLS):
         mesh = shell(kind(rng) * size + turned(np.array([(beside, 0.0, 0.0)]), rng))
         placing = turned(np.diag(scale), rng).T
-        if kind is pebble:  # whatever matrix has these scales; a cube would be thinner at some edges
+        if kind is pebble:  # any matrix with these scales; a cube would be thinner at some edges
             placing = turned(placing, rng)
         shift = turned(np.array([(away, 0.0, 0.0)]), rng)[0] - placing @ mesh.vertices[0]
         floor = moved(scenes.lit_quad(mesh.camera), shift + placing @ mesh.vertices[0] - 1000)
@@ -147,7 +147,7 @@ def level(b: scenes.Builder, z: float, half: float, of) -> None:
 
 @pytest.mark.parametrize("lamp", [False, True], ids=["emitter", "lamp"])
 def test_a_sheet_before_a_light_shades_it(lamp):
-    """0.05 mm below, and 3 m above what it would light."""
+    """A sheet 0.05 mm below a lamp, 3 m above the floor that the lamp would light."""
     b = scenes.Builder()
     level(b, 0.0, 4.0, scenes.material("floor", (0.8, 0.8, 0.8)))
     level(b, 3.0 - 5e-5, 0.6, scenes.material("sheet"))
@@ -164,13 +164,13 @@ def test_a_sheet_before_a_light_shades_it(lamp):
 
 
 def panes(b: scenes.Builder, count: int) -> None:
-    """Each lets a half through, and stands 0.05 mm above the one before."""
+    """Each sheet transmits one half, and lies 0.05 mm above the one before."""
     for k in range(count):
         level(b, 3.0 + k * 5e-5, 4.0, Shader("pane", (), (Closure("transparent", 1.0, {"color": (0.5, 0.5, 0.5)}),)))
 
 
 def test_each_of_two_panes_takes_its_share():
-    """Of what is seen through both, in surroundings of radiance 1."""
+    """The radiance seen through all sheets, in surroundings of radiance 1."""
     b = scenes.Builder()
     panes(b, 2)
     image = render(b.scene(scenes.look((0.1, 0.2, 0), (0.3, 0, 3), 40, 8, 8), world=(1.0, 1.0, 1.0)), Render(spp=4)).image
@@ -178,7 +178,7 @@ def test_each_of_two_panes_takes_its_share():
 
 
 def test_each_of_two_panes_takes_its_share_of_the_light():
-    """Of a lamp, on its way to a floor."""
+    """The light of a lamp that reaches a floor through the sheets."""
     lamp = Lamp("lamp", "area", placed(IDENTITY, np.array((0.0, 0.0, 4.0))), (9.0, 9.0, 9.0), width=1.0, height=1.0)
     images = []
     for count in (0, 2):
@@ -195,14 +195,14 @@ def test_each_of_two_panes_takes_its_share_of_the_light():
 
 
 def moved(scene: SceneData, by: np.ndarray) -> SceneData:
-    """All of it elsewhere."""
+    """The scene, moved."""
     camera = replace(scene.camera, to_world=placed(scene.camera.to_world, by))
     lamps = tuple(replace(lamp, to_world=placed(lamp.to_world, by)) for lamp in scene.lamps)
     return replace(scene, vertices=(scene.vertices + by).astype(np.float32), camera=camera, lamps=lamps)
 
 
 def lattice() -> SceneData:
-    """A scene with an emitter, a lamp and smooth normals, on coordinates that single precision has even at 100 km."""
+    """A scene with an emitter, a lamp and smooth normals. Its coordinates fit single precision even at 100 km."""
     scene = scenes.tiny(8)
     lamp = Lamp("lamp", "point", placed(IDENTITY, np.array((0.25, 0.0, 0.75))), (1.0, 2.0, 3.0), radius=0.125)
     return replace(scene, vertices=np.round(scene.vertices * 64) / np.float32(64), lamps=(lamp,))

@@ -1,4 +1,4 @@
-"""Warps, patches and the guide's table: every sampler against its own density, by chi-squared and by quadrature."""
+"""Warps, patches and the guide's table: samples follow the density, by chi-squared and quadrature."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ ROWS, COLUMNS = 4, 6
 
 
 def numbers(count: int = N, dimensions: int = 2, seed: int = 1) -> np.ndarray:
-    """Uniform float32 numbers of numpy's own, so that a sampler is judged apart from the renderer's streams."""
+    """NumPy's uniform numbers, float32: tests of samplers do not depend on the renderer's streams."""
     return np.random.default_rng(seed).random((count, dimensions), np.float32)
 
 
@@ -47,7 +47,7 @@ def test_triangle_points_are_uniform_over_its_area():
     assert points.min() >= 0
     assert points.sum(axis=1).max() <= 1
     s = points.sum(axis=1)
-    assert_uniform(np.stack([s * s, points[:, 0] / s], axis=1).clip(0, 1), 12)  # the squared distance from corner 0, and the way across
+    assert_uniform(np.stack([s * s, points[:, 0] / s], axis=1).clip(0, 1), 12)  # squared distance from corner 0, and position across
 
 
 # --- patches ---------------------------------------------------------------------------------------------------------
@@ -80,7 +80,7 @@ def test_a_direction_drawn_in_a_patch_lies_in_it(rows, columns):
     u, directions, found = 1e-3 + 0.998 * numbers(), np.empty((N, 3), np.float32), np.empty(N, np.int64)
     draw_patch(rows, columns, chosen, u, directions)
     patches(rows, columns, directions, found)
-    np.testing.assert_array_equal(found, chosen)  # 1e-3 keeps away from where rounding decides
+    np.testing.assert_array_equal(found, chosen)  # 1e-3 keeps away from edges, where rounding decides
 
 
 def test_directions_are_uniform_within_their_patch():
@@ -136,7 +136,7 @@ def test_guided_samples_follow_the_table(row):
     np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-6)
     masses = hemisphere_masses(lambda wi: pdf_of(table, row, wi), 3 * ROWS, 3 * COLUMNS)
     assert masses.sum() == pytest.approx(1, abs=1e-5)
-    # Rounding puts a few samples of a patch's very edge on its other side, where a neighbour may be impossible.
+    # Rounding moves a few samples across the edge of their patch; the neighbour's probability may be 0.
     counts = hemisphere_counts(drawn, 3 * ROWS, 3 * COLUMNS)
     assert counts[masses == 0].sum() <= 5
     assert_distributed(np.where(masses > 0, counts, 0), N * masses)

@@ -1,4 +1,4 @@
-"""The keyed random streams: uniform along every part of their key, independent of their neighbours, stratified over samples."""
+"""The keyed random streams: uniform along each part of the key, independent of their neighbours, stratified over samples."""
 
 import itertools
 from typing import Any
@@ -30,7 +30,7 @@ def key_streams(of, stratified, keys):
 
 
 def draws(stratified: bool, seed: Any = 0, pixel: Any = 0, sample: Any = 0, dimension: Any = 0) -> np.ndarray:
-    """Pairs of numbers for keys that broadcast against each other, (..., 2)."""
+    """Pairs of numbers (..., 2) for keys; the parts of keys are broadcast."""
     keys = np.broadcast_arrays(seed, pixel, sample, dimension)
     out = np.empty((keys[0].size, 2), np.float32)
     draw_streams(*(np.ascontiguousarray(key, np.int64).ravel() for key in keys), stratified, out)
@@ -44,7 +44,7 @@ both = pytest.mark.parametrize("stratified", [True, False], ids=["stratified", "
 @both
 @pytest.mark.parametrize("along", ["seed", "pixel", "sample", "dimension"])
 def test_streams_are_uniform_along_every_part_of_the_key(along, stratified):
-    if along == "sample" and stratified:  # those of one pixel are far more even than chance
+    if along == "sample" and stratified:  # samples of one pixel are far more even than chance
         drawn = draws(True, pixel=I // 8, sample=I * 7919 % 1_000_000)
     else:
         drawn = draws(stratified, **{along: I}) if along != "dimension" else draws(stratified, pixel=I // 64, dimension=I % 64)
@@ -53,7 +53,7 @@ def test_streams_are_uniform_along_every_part_of_the_key(along, stratified):
     assert_uniform(drawn, 32)
     for column in drawn.T:
         assert_uniform(column[:, None], 1024)
-        assert_uniform((column[:, None] * 2**12) % 1, 1024)  # the low bits, too
+        assert_uniform((column[:, None] * 2**12) % 1, 1024)  # low bits are uniform, too
 
 
 NEIGHBOURS = {
@@ -97,7 +97,7 @@ def test_streams_are_pure_functions_of_their_keys_and_all_different(stratified):
 @pytest.mark.parametrize("block", [0, 3, 950])
 @pytest.mark.parametrize("k", [1, 2, 5, 10])
 def test_every_elementary_interval_holds_one_of_each_block_of_samples(k, block):
-    """2^k samples from a multiple of 2^k on, cells of 2^-a by 2^-(k - a) for every a: what makes a (0, 2)-sequence, in every pixel."""
+    """A (0, 2)-sequence in every pixel: 2^k samples from a multiple of 2^k on have one sample in each cell 2^-a x 2^-(k - a), for all a."""
     pixels, samples = np.arange(60)[:, None], block * 2**k + np.arange(2**k)
     drawn = draws(True, seed=pixels % 3, pixel=pixels, sample=samples, dimension=pixels % 11).astype(float)
     for a in range(k + 1):
@@ -106,7 +106,7 @@ def test_every_elementary_interval_holds_one_of_each_block_of_samples(k, block):
 
 
 def test_blocks_of_samples_are_independent():
-    """And no sample's index is cut off: the numbers of the last ones that may be asked for are their own."""
+    """No index is cut off: the last samples have numbers of their own."""
     one, other = draws(True, pixel=I, sample=6), draws(True, pixel=I, sample=6 + BLOCK)
     for a, b in itertools.product(one.T, other.T):
         assert_uniform(np.stack([a, b], axis=1), 24)
@@ -117,14 +117,14 @@ def test_blocks_of_samples_are_independent():
 
 @pytest.mark.parametrize("k", [3, 6])
 def test_dimensions_of_a_pixel_do_not_correlate(k):
-    """Over 2^k samples the correlation of two dimensions has mean 0 and the variance of orders that are chance but nested.
+    """Over 2^k samples, the correlation of two dimensions has mean 0 and the variance of random nested orders.
 
     With bit b < k of x flipped at random by the bits above it, sum x y / sum x^2 has the variance 2 sum_b 8^-b / (sum_b 4^-b)^2 / 2^k.
     """
     pixels, samples, count, bits = np.arange(20_000)[:, None], np.arange(2**k), 2**k, np.arange(k)
     nested = 2 * (8.0**-bits).sum() / (4.0**-bits).sum() ** 2 / count
     drawn = [draws(True, pixel=pixels, sample=samples, dimension=d).astype(float) for d in (3, 4, 5, 11)]
-    strata = [np.floor(pair * count) - (count - 1) / 2 for pair in drawn]  # each once
+    strata = [np.floor(pair * count) - (count - 1) / 2 for pair in drawn]  # each stratum once
     for one, other in itertools.combinations(strata, 2):
         for i, j in itertools.product(range(2), repeat=2):
             r = (one[..., i] * other[..., j]).sum(axis=1) / (one[..., i] ** 2).sum(axis=1)
@@ -134,7 +134,7 @@ def test_dimensions_of_a_pixel_do_not_correlate(k):
 
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_the_order_of_samples_in_a_pixel_is_a_chance_order(k):
-    """Which of two numbers' strata a sample gets together, for all pairs of strata and samples: of 2^k x 2^k alike."""
+    """All pairs of strata of two numbers are equally likely for a sample: 2^k x 2^k pairs."""
     pixels, count = I[:, None], 2**k
     one, other = (np.floor(draws(True, pixel=pixels, sample=np.arange(count), dimension=d) * count) for d in (3, 4))
     for i, j, sample in itertools.product(range(2), range(2), range(count)):
@@ -144,7 +144,7 @@ def test_the_order_of_samples_in_a_pixel_is_a_chance_order(k):
 
 @pytest.mark.parametrize("name", ["smooth", "step", "corner"])
 def test_means_are_unbiased_and_far_less_noisy(name):
-    """Of integrals over the square by 16 samples: smooth, a half plane, a rectangle."""
+    """Errors of integrals over the square with 16 samples: a smooth function, a half plane, a rectangle."""
     integrand, truth, limit = {
         "smooth": (lambda u, v: u * v, 0.25, 0.03),
         "step": (lambda u, v: u + v < 0.8, 0.32, 0.4),

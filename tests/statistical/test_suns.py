@@ -1,4 +1,4 @@
-"""Suns in the world's shader: they are found where rays see them, drawn by their light, and the density is that of what is drawn."""
+"""Suns in the world's shader: found where rays see them, drawn in proportion to their light, with the density of the draws."""
 
 import math
 from dataclasses import replace
@@ -20,10 +20,10 @@ from tests.world_draws import draw
 N = 400_000
 ELEVATION = 0.6
 SKY = 0.05
-SIZES = 0.3, 0.1  # radians across two suns, of these intensities
+SIZES = 0.3, 0.1  # angular diameters of two suns in radians, and their intensities
 INTENSITIES = 60.0, 200.0
 TURNS = (0.0, 0.0, 0.0), (0.3, -0.4, 2.5)
-LIMB_MEAN = 0.8  # of a disc that is 0.6 darker at its edge
+LIMB_MEAN = 0.8  # mean of a disc that is 0.6 darker at its edge
 
 
 @kernel
@@ -40,7 +40,7 @@ def scene_under(world: Shader) -> SceneData:
 
 
 def under(*mapped: Instruction, size: float = SIZES[0], color: Value = SKY, intensity: float = INTENSITIES[0]) -> list[Instruction]:
-    """A sun whose coordinates are the last of these instructions, or the direction."""
+    """A sun's shader. Its coordinates are the last of the instructions, or the direction."""
     code = [Instruction("position"), *mapped]
     return [*code, Instruction("sun_disc", (Node(len(code) - 1), color, ELEVATION, size, intensity), options=(0, 0))]
 
@@ -61,7 +61,7 @@ def two_suns() -> Shader:
 
 
 def brightest(world: Shader, axis: np.ndarray, size: float) -> np.ndarray:
-    """Luminance just within the disc and just outside of it, all around."""
+    """Luminance just inside and just outside of the disc, all around."""
     shading = compile_shaders(scene_under(world))
     return np.stack([radiance(shading, rim(axis, size / 2 * share)) @ (0.2126, 0.7152, 0.0722) for share in (0.99, 1.01)])
 
@@ -90,7 +90,7 @@ def test_a_sun_is_where_rays_see_it(code: list[Instruction]):
 
 
 def test_the_smallest_sun_is_drawn_from_evenly():
-    """Its cosine differs from 1 by less than single precision can tell."""
+    """The cosine of its radius is 1 in single precision."""
     world = shader(under(size=0.0005))
     dark, (sun,) = without_suns(world, compile_shaders(scene_under(world)))
     table, _ = world_map(dark, [sun])
@@ -100,7 +100,7 @@ def test_the_smallest_sun_is_drawn_from_evenly():
     draw(table, u, wi, pdf)
     aside = np.cross(wi.astype(float), table.suns[0].astype(float))
     squares = (aside**2).sum(axis=1) / math.sin(sun.half) ** 2
-    assert (squares > 1).mean() < 2e-3  # rounded to just outside
+    assert (squares > 1).mean() < 2e-3  # rounding puts these just outside
     assert_uniform(squares.clip(0, 1)[:, None], 8)
 
 
@@ -128,20 +128,20 @@ def test_directions_are_drawn_by_the_light_of_map_and_suns():
     within = cosines > np.cos([[sun.half] for sun in suns])
     solid_angles = np.array([4 * np.pi * np.sin(sun.half / 2) ** 2 for sun in suns])
     shares = light / light.sum()
-    even = shares[0] / (4 * np.pi)  # the density of the map, as the sky is the same everywhere
+    even = shares[0] / (4 * np.pi)  # density of the map: the sky is uniform
     expected = shares[1:] + even * solid_angles
     assert_distributed(np.bincount(within[0] + 2 * within[1], minlength=3), N * np.array([1 - expected.sum(), *expected]))
-    for sun, inside, cosine in zip(suns, within, cosines, strict=True):  # evenly over the solid angle
+    for sun, inside, cosine in zip(suns, within, cosines, strict=True):  # uniform in the solid angle
         x, y = np.linalg.svd(sun.axis[None])[2][1:]
         turn = np.arctan2(wi[inside] @ y, wi[inside] @ x) / (2 * np.pi) + 0.5
         assert_uniform(np.stack([(1 - cosine[inside]) / (1 - np.cos(sun.half)), turn], axis=1).clip(0, 1 - 1e-7), 8)
 
-    # The density is what has been drawn by, and the light of all directions is what it is on paper.
+    # The density is that of the draws, and the light of all directions has its analytic value.
     probes = around(np.array((0.0, 0.0, 1.0)), math.pi, 1 << 20)
     density = np.empty(len(probes), np.float32)
     densities(table, probes.astype(np.float32), density)
     assert density.mean() * 4 * np.pi == pytest.approx(1, rel=2e-3)
     estimate = radiance(compile_shaders(scene_under(world)), wi)[:, 0] / pdf
     on_paper = 4 * np.pi * SKY + sum(LIMB_MEAN * i * 4 * np.pi * np.sin(s / 4) ** 2 for i, s in zip(INTENSITIES, SIZES, strict=True))
-    assert estimate.max() < 4 * on_paper  # nothing bright has a low density
+    assert estimate.max() < 4 * on_paper  # no bright direction has a low density
     assert_means(estimate.mean(), estimate.var() / N + (2e-4 * on_paper) ** 2, on_paper)

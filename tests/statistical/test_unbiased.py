@@ -1,4 +1,4 @@
-"""Guides, next-event estimation and roulette cost variance, never bias: all have one mean image, however bad a guide's table."""
+"""Guides, next-event estimation and roulette change the variance, never the mean, however bad a guide's table is."""
 
 from dataclasses import replace
 from functools import cache
@@ -44,14 +44,14 @@ VARIANTS = {
 
 
 class Blocks(NamedTuple):
-    """Means over blocks of pixels, (16, 3), with their variances, and over the whole image, (3,)."""
+    """(means over blocks of pixels (16, 3), their variances, mean of the whole image (3,))."""
 
     mean: np.ndarray
     variance: np.ndarray
 
 
 def blocks(films: list[Film], block: int) -> Blocks:
-    """Over independent seeds. Given its guide a pass is unbiased; stratified samples have at most the variance of independent ones."""
+    """Independent seeds. A pass is unbiased given its guide. Stratified samples have at most the variance of independent ones."""
     mean = np.mean([film.mean() for film in films], axis=0, dtype=float)
     variance = np.sum([film.variance_of_mean() for film in films], axis=0) / len(films) ** 2
 
@@ -108,7 +108,7 @@ def test_russian_roulette_ends_paths_and_costs_no_bias(name):
 
 
 def points_on(scene: SceneData, per_triangle: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Points all over the scene and their shading normals, (n, 3) float32 each."""
+    """Points all over the scene and their shading normals, each (n, 3) float32."""
     corners = scene.vertices[scene.triangles]
     barycentric = rng.dirichlet(np.ones(3), size=(len(corners), per_triangle))
     points = np.einsum("tsk,tkx->tsx", barycentric, corners).reshape(-1, 3).astype(np.float32)
@@ -117,7 +117,7 @@ def points_on(scene: SceneData, per_triangle: int, rng: np.random.Generator) -> 
 
 
 def terrible(scene: SceneData, bsdf_fraction: float) -> Directions:
-    """Each cell prefers patches of its own, by factors of up to a thousand, at random; some cells are unknown."""
+    """Each cell prefers random patches, by factors up to 1000. Some cells are unknown."""
     rng = np.random.default_rng(8)
     table = CellTable(scene.bounds[0], 0.25)
     points, normals = points_on(scene, 200, rng)

@@ -1,4 +1,4 @@
-"""The command line: in this process, in one of its own as a user meets it, and with a way to interrupt it at a chosen moment."""
+"""The command line: in this process, in a child process as for a user, and interrupted at a chosen moment."""
 
 import os
 import signal
@@ -17,7 +17,7 @@ from tests.patience import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Runs `rlg` and says on stdout when it comes to a function; as the command's own process, so that signals reach just that.
+# Runs `rlg` and prints a line when it reaches a function. It is the command's own process, so signals reach it alone.
 TELLING = """
 import importlib, sys
 from blender_rl_guiding.doors import cli
@@ -43,7 +43,7 @@ def bundle(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module", autouse=True)
 def _own_references(own_references: None) -> None:
-    """For all tests here."""
+    """Compiles kernels before all tests here."""
 
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -51,7 +51,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.fixture
 def rlg(compiled: None, capsys: pytest.CaptureFixture[str]) -> Run:
-    """`rlg` with arguments, to its end, in this process: another one would load Numba, torch and the kernels again."""
+    """Run `rlg` with arguments in this process: a new one would load Numba, torch and the kernels again."""
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:
         capsys.readouterr()
@@ -64,7 +64,7 @@ def rlg(compiled: None, capsys: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture
 def rlg_process(compiled: None) -> Run:
-    """`rlg` with arguments, to its end, in a process of its own."""
+    """Run `rlg` with arguments in a child process."""
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:
         command = [
@@ -80,10 +80,10 @@ def rlg_process(compiled: None) -> Run:
 
 @pytest.fixture
 def interrupted(compiled: None) -> Callable[..., tuple[int, str]]:
-    """`rlg` with arguments, sent SIGINT when it comes to `moment` ("module:class:function") for the `nth` time.
+    """Run `rlg` with arguments; send SIGINT when it reaches `moment` ("module:class:function") for the `nth` time.
 
-    Waits until it and all its children have ended; returns its status and what they said on stderr. With `group` the children are sent
-    SIGINT, too, as a terminal does.
+    Waits until it and all its children have ended. Returns (status, stderr of all). `group`: send SIGINT to the children, too, as a
+    terminal does.
     """
 
     def run(moment: str, nth: int, *arguments: object, after: float = 0.05, group: bool = False) -> tuple[int, str]:
@@ -96,7 +96,10 @@ def interrupted(compiled: None) -> Callable[..., tuple[int, str]]:
                 assert line, f"ended before {moment}: {process.stderr.read() if process.stderr else ''}"
                 seen += line == "now\n"
             time.sleep(after)
-            os.killpg(process.pid, signal.SIGINT) if group else process.send_signal(signal.SIGINT)
+            if group:
+                os.killpg(process.pid, signal.SIGINT)
+            else:
+                process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=PATIENCE)
             return process.returncode, said
 

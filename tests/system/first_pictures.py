@@ -1,7 +1,7 @@
-"""What a person sees first, by Cycles: python -m tests.system.first_pictures FOLDER.
+"""The pictures that a person sees first, by Cycles: python -m tests.system.first_pictures FOLDER.
 
-FOLDER receives of each start-up file with something to render NAME.blend, as it comes but smaller, NAME-reference.exr, and NAME-0.exr,
-NAME-1.exr, ... of `SPP` samples each, without anything that biases them. Runs in a process of its own, with Blender inside.
+For each start-up file with something to render, FOLDER gets NAME.blend, the file with a smaller image, NAME-reference.exr, and
+NAME-0.exr, NAME-1.exr, ... with `SPP` samples and no bias. Runs in a process of its own, with Blender inside.
 """
 
 import sys
@@ -13,13 +13,13 @@ from addon.cycles_reference import prepare
 
 SPP, SEEDS, REFERENCE_SPP = 32, 2, 1024
 SIZE = 96, 54
-# Start-up files by the template that they belong to. Left out: VFX and Video_Editing, which hold a world and nothing before it, so that
-# there is no noise to compare; 2D_Animation and Storyboarding, which hold grease pencil alone, which the coverage list names.
+# Start-up files by template. Left out: VFX and Video_Editing show only the world, without noise; 2D_Animation and Storyboarding have
+# only grease pencil, which the coverage list names.
 FILES = {"default": None, "sculpting": "Sculpting"}
 
 
 def opened(template: str | None) -> bpy.types.Scene:
-    """The start-up file; that for sculpting has a camera, but not chosen."""
+    """Open a start-up file. That for sculpting has a camera, but it is not the scene's."""
     if template:
         bpy.ops.wm.read_homefile(use_factory_startup=True, app_template=template)
     else:
@@ -31,14 +31,14 @@ def opened(template: str | None) -> bpy.types.Scene:
 
 
 def render(scene: bpy.types.Scene, path: Path, samples: int, seed: int) -> None:
-    """One image."""
+    """Render an image."""
     prepare(scene, samples)
     scene.cycles.seed, scene.render.filepath = seed, str(path)
     bpy.ops.render.render(write_still=True)
 
 
 def main(folder: Path) -> None:
-    """All files."""
+    """Render all files."""
     for name, template in FILES.items():
         scene = opened(template)
         bpy.ops.wm.save_as_mainfile(filepath=str(folder / f"{name}.blend"))

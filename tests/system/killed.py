@@ -1,7 +1,7 @@
-"""Runs the renderer so that it is killed at a chosen moment: python -m tests.system.killed MOMENT rlg|worker ARGUMENTS.
+"""Runs the renderer and kills it at a chosen moment: python -m tests.system.killed MOMENT rlg|worker ARGUMENTS.
 
-MOMENT is `written:N`, right after the Nth checkpoint; `writing:N`, in the middle of it; `saving:N`, when run N is saved; or `never`.
-Checkpoints are written before every pass.
+MOMENT is `written:N`, right after the Nth checkpoint is written; `writing:N`, in the middle of writing it; `saving:N`, when run N is
+saved; or `never`. A checkpoint is written before every pass.
 """
 
 import os

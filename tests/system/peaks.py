@@ -1,4 +1,4 @@
-"""Peaks of memory beside what was foreseen of them: `python -m tests.system.peaks`, on Linux. One line of JSON, ratios by name."""
+"""Foreseen memory over measured peaks: `python -m tests.system.peaks`, on Linux. Prints a line of JSON, ratios by name."""
 
 import ctypes
 import json
@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from blender_rl_guiding.experiments.runs import save_run
+from blender_rl_guiding.experiments.runs import Task, save_run
 from blender_rl_guiding.render import render, warm_up
 from blender_rl_guiding.render.needs import needs
 from blender_rl_guiding.scene.data import SceneData, Texture
@@ -20,24 +20,24 @@ ROOM, MACHINE = scenes.tiny(48), Machine(threads=2)
 
 
 def status(name: str) -> int:
-    """Bytes of this process: VmRSS now, VmHWM at the most since the last time this was forgotten."""
+    """Bytes of this process: VmRSS, resident now, or VmHWM, the most since the last reset."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(name))
 
 
 def ratio(scene: SceneData, settings: Render) -> float:
-    """Foreseen over measured bytes of a render that is saved."""
-    ctypes.CDLL(None).malloc_trim(0)  # or memory that is free again would stay with the process
+    """Foreseen over measured bytes of a render, saving included."""
+    ctypes.CDLL(None).malloc_trim(0)  # otherwise the process keeps freed memory
     foreseen, before = needs(scene, settings, MACHINE).total, status("VmRSS")
     Path("/proc/self/clear_refs").write_text("5")
     result = render(scene, settings, MACHINE)
     with TemporaryDirectory() as folder:
-        save_run(Path(folder), scene, "bsdf", settings, MACHINE, result, None)
+        save_run(Task(Path(folder), scene, settings), MACHINE, result)
     return foreseen / (status("VmHWM") - before)
 
 
 def scattered(count: int) -> SceneData:
-    """Small triangles, every second of which the camera does not see."""
+    """Small triangles. The camera does not see every second one."""
     places = np.random.default_rng(0).random((count, 1, 3))
     corners = np.float32(places + np.array(((0, 0, 0), (0.01, 0, 0), (0, 0.01, 0))))
     return replace(
@@ -52,7 +52,7 @@ def scattered(count: int) -> SceneData:
 
 
 def meshes(count: int) -> SceneData:
-    """Each of a triangle, and placed once."""
+    """Instances: each mesh is a triangle and is placed once."""
     scene = scattered(count)
     return replace(
         scene,

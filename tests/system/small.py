@@ -1,4 +1,4 @@
-"""Flags with which a DQN learns in no time."""
+"""Flags for a DQN that learns quickly."""
 
 SMALL = [
     *("--dqn.layers", "2", "--dqn.width", "8", "--dqn.rows", "3", "--dqn.columns", "4"),

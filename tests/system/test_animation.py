@@ -1,4 +1,4 @@
-"""An animation is rendered into numbered files, and goes on after any end where it ended, with the same bits."""
+"""An animation is rendered into numbered files. Interrupted anywhere, it goes on with the same bits."""
 
 import json
 import subprocess
@@ -110,7 +110,7 @@ ENDS = [("image", "exr"), ("image", "png"), ("result", "json")]
 def test_the_frames_are_those_of_single_renders(rlg, blend, tmp_path):
     flags = ["--spp", 2, "--nee", "--out"]
     assert rlg("render", blend, "--frames", "12..13", "--camera", "B", *flags, tmp_path / "all").returncode == 0
-    assert rlg("render", blend, "--frame", 13, *flags, tmp_path / "one").returncode == 0  # where a marker has chosen B
+    assert rlg("render", blend, "--frame", 13, *flags, tmp_path / "one").returncode == 0  # a marker chose B
     single = read_exr(tmp_path / "one" / "image.exr")[0]
     assert images(tmp_path / "all")["image-0013.exr"].tobytes() == single.tobytes()
 

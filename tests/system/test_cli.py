@@ -1,4 +1,4 @@
-"""The command line: what it writes, and that every bad input is one line on stderr, a status that is not 0, and no file."""
+"""The command line: the files it writes. Each bad input gives one line on stderr, a status other than 0, and no file."""
 
 import csv
 import json
@@ -152,7 +152,7 @@ def test_an_empty_scene_is_compared_and_says_why_nothing_is_learnt(world: tuple[
 COMPARE = ["compare", "{bundle}", "--out", "{out}", "--spp", "1", "--reference-spp", "1", "--methods"]
 RENDER = ["render", "{bundle}", "--out", "{out}", "--spp", "1"]
 
-# What the line must name, and the command.
+# What the line names, and the command.
 BAD = {
     "invalid choice: 'draw'": ["draw"],
     "COMMAND": [],
@@ -234,7 +234,7 @@ BAD = {
 
 @pytest.fixture
 def bad_files(bundle: Path, tmp_path: Path) -> Path:
-    """A folder with one file of every fault."""
+    """A folder with a file of each fault."""
     (tmp_path / "cut.npz").write_bytes(bundle.read_bytes()[:1000])
     (tmp_path / "cut.blend").write_bytes((ROOT / "scenes" / "c1.blend").read_bytes()[:5000])
     (tmp_path / "empty.blend").touch()

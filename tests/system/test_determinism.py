@@ -1,4 +1,4 @@
-"""Scene, settings and seed decide every bit of the image: not threads, not batches, not the process or its environment."""
+"""Scene, settings and seed decide every bit of the image. Threads, batches, the process and its environment do not."""
 
 import hashlib
 import json
@@ -85,7 +85,7 @@ def test_all_kinds_of_lights_and_materials_too(method):
 
 
 def test_samples_are_the_same_however_many_follow():
-    """A longer render begins with a shorter one's samples."""
+    """A longer render begins with the samples of a shorter one."""
     short, long = (render(scenes.tiny(16), Render(spp=spp), Machine()).film for spp in (3, 6))
     rest = 2 * long.mean().astype(float) - short.mean()  # samples 4 to 6
     assert (rest > -1e-4).all()

@@ -1,4 +1,4 @@
-"""A reference from a file judges what it is a reference for, and its errors are never mixed with those against another."""
+"""A reference from a file judges only its own scene, and its errors are never mixed with those against another."""
 
 import json
 from dataclasses import replace
@@ -93,7 +93,7 @@ def test_a_scene_whose_name_no_folder_can_have_is_refused(name: str, silent: Eve
 
 @pytest.mark.parametrize("link", ["tiny0", "tiny0/bsdf", "tiny0/bsdf/seed-0"])
 def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Events, tmp_path: Path):
-    """The folder may be somebody else's, to be gone on with."""
+    """A user may go on with a folder that somebody else made."""
     (tmp_path / "elsewhere").mkdir()
     place = tmp_path / "out" / link
     place.parent.mkdir(parents=True)

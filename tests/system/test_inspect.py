@@ -1,4 +1,4 @@
-"""`rlg inspect`, and what comparisons show of what is learnt."""
+"""`rlg inspect`, and what was learnt as shown by comparisons."""
 
 import json
 from pathlib import Path
@@ -12,7 +12,7 @@ from blender_rl_guiding.scene.bundle import save
 from tests import scenes
 from tests.system.small import SMALL
 
-CELLS = {kind: [f"--{kind}.cells", 3] for kind in ("qtable", "dqn")}  # so few that a small image sees all of them
+CELLS = {kind: [f"--{kind}.cells", 3] for kind in ("qtable", "dqn")}  # few: a small image sees them all
 TABLE = ["--guide", "qtable", "--qtable.rows", 3, "--qtable.columns", 4, *CELLS["qtable"]]
 NETWORK = ["--guide", "dqn", *SMALL, *CELLS["dqn"]]
 

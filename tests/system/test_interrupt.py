@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command long before its work is done, and leaves whole files or none."""
+"""Ctrl-C ends a command long before its work is done; each file is whole or missing."""
 
 import json
 from dataclasses import replace
@@ -20,7 +20,7 @@ LONG_LEARNING = ["--guide", "dqn", "--dqn.learning-starts", "64", "--dqn.first-s
 
 @pytest.fixture
 def large(tmp_path: Path) -> Path:
-    """A scene whose every pass takes a while."""
+    """A scene with slow passes."""
     save(scenes.tiny(300), tmp_path / "tiny.npz")
     return tmp_path / "tiny.npz"
 
@@ -30,7 +30,7 @@ def everything(folder: Path) -> set[str]:
 
 
 def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
-    """Every pixel is that of the whole passes, to the bit, or has all its samples of the pass under way, too."""
+    """Each pixel has the bits of the whole passes, or also all its samples of the interrupted one."""
     assert everything(out) == {"image.exr", "image.png", "result.json"}
     result = json.loads((out / "result.json").read_text())
     assert result["finished"] is False
@@ -42,8 +42,8 @@ def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
 
 
 def test_while_rendering_it_keeps_the_finished_samples(interrupted, large, tmp_path):
-    flags = ["--spp", 1000, "--guide", "uniform", "--seconds", 1000]  # with a limit passes are short, and so is what is rendered again here
-    status, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # 3 passes are for warming up
+    flags = ["--spp", 1000, "--guide", "uniform", "--seconds", 1000]  # a time limit makes passes short, so this test renders little again
+    status, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # three passes warm up
     assert status == 130, said
     assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform(), seconds=1000.0))
     assert said.splitlines()[-1].startswith("rlg: interrupted after ")
@@ -70,7 +70,7 @@ def test_while_learning_it_keeps_the_finished_samples(interrupted, bundle, tmp_p
     [("opening.blend::load", "tiny.npz"), ("render.renderer::_tiny_scene", "tiny.npz"), ("render.renderer::_tiny_scene", C1)],
 )
 def test_while_opening_and_compiling_it_leaves_nothing(interrupted, bundle, tmp_path, monkeypatch, moment, scene):
-    monkeypatch.setenv("TMPDIR", str(tmp_path))  # where Blender exports to meanwhile
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # the export writes there
     status, said = interrupted(moment, 1, "render", tmp_path / scene, "--out", tmp_path / "out", after=0.01)
     assert status == 130, said
     assert everything(tmp_path) == {"tiny.npz"}
@@ -87,7 +87,7 @@ def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
 
 
 def test_with_jobs_all_processes_end(interrupted, bundle, tmp_path):
-    """The fixture waits for the children, too: they share the command's stderr."""
+    """The fixture also waits for the children, as they share the command's stderr."""
     command = ["compare", bundle, "--methods", "dqn", "--seeds", 2, "--spp", 1000, "--reference-spp", 1, "--jobs", 2, *LONG_LEARNING[2:]]
     moment = "experiments.forecast:Forecast:go"
     status, said = interrupted(moment, 2, *command, "--out", tmp_path / "out", after=0.3, group=True)

@@ -1,4 +1,4 @@
-"""Several runs at a time: the same results as one after the other, and a run that fails is told and ends no other."""
+"""Several runs at a time give the results of one at a time. A failing run is told, and the others go on."""
 
 import io
 import json
@@ -14,9 +14,8 @@ import pytest
 from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.doors.worker import Events
 from blender_rl_guiding.experiments import runner
-from blender_rl_guiding.experiments.pool import perform_all, threads_each
-from blender_rl_guiding.experiments.runs import RENDERED, Judge
-from blender_rl_guiding.experiments.tasks import Outcome, Task
+from blender_rl_guiding.experiments.pool import Outcome, perform_all, threads_each
+from blender_rl_guiding.experiments.runs import RENDERED, Judge, Task
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Closure, Shader
@@ -29,7 +28,7 @@ METHODS = ["--methods", "uniform,dqn", "--spp", 4, "--seeds", 2, "--reference-sp
 
 
 def results(folder: Path) -> dict[str, dict]:
-    """What the result.json of each run says, without what a clock or the number of threads decides."""
+    """The result.json of each run, without values that depend on the clock or on the number of threads."""
     found = {}
     for path in folder.rglob("result.json"):
         values = json.loads(path.read_text())
@@ -99,7 +98,7 @@ def test_threads_are_shared():
 
 
 def blinding() -> SceneData:
-    """A light behind a sheet that multiplies it beyond what single precision holds."""
+    """A light behind a sheet that multiplies it beyond single precision."""
     b = scenes.Builder()
     b.quad((-0.9, 1, -0.3), (-0.6, 1, -0.3), (-0.6, 1, -0.1), (-0.9, 1, -0.1), scenes.material("sun", emission=(1e37, 1e37, 1e37)))
     b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", 100.0),)))
@@ -107,14 +106,15 @@ def blinding() -> SceneData:
 
 
 class Deadly:
-    """Ends whatever process unpickles it."""
+    """An object that ends the process that unpickles it."""
 
     def __reduce__(self):
         return os._exit, (3,)
 
 
 def task(folder: Path, scene: SceneData, method: str, truth=None) -> Task:
-    return Task(folder / method, scene, Judge(np.ones((8, 8, 3), np.float32) if truth is None else truth, RENDERED), method, Render(spp=2))
+    judge = Judge(np.ones((8, 8, 3), np.float32) if truth is None else truth, RENDERED)
+    return Task(folder / method, scene, Render(spp=2), method, judge, forewarned=True)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -141,7 +141,7 @@ def test_a_process_that_dies_is_replaced(compiled, tmp_path):
 
 
 def test_failed_runs_are_named_reported_missing_and_the_status_tells(rlg, tmp_path, monkeypatch):
-    from blender_rl_guiding.experiments import tasks
+    from blender_rl_guiding.experiments import produce
     from blender_rl_guiding.scene.bundle import save
 
     def failing(*args, **kwargs):
@@ -149,8 +149,8 @@ def test_failed_runs_are_named_reported_missing_and_the_status_tells(rlg, tmp_pa
             raise FloatingPointError("pixel (1, 2) is odd")
         return render(*args, **kwargs)
 
-    render = tasks.render
-    monkeypatch.setattr(tasks, "render", failing)
+    render = produce.render
+    monkeypatch.setattr(produce, "render", failing)
     save(scenes.tiny(8), tmp_path / "tiny.npz")
     done = rlg("compare", tmp_path / "tiny.npz", "--methods", "bsdf,uniform", "--spp", 2, "--reference-spp", 1, "--out", tmp_path / "out")
     assert done.returncode == 2
@@ -172,7 +172,7 @@ with _Workers(2, Machine(threads=1)) as workers:
 
 
 def test_ctrl_c_reaches_no_child():
-    """Not even the first, before which Python starts a process of its own that unblocks the signal."""
+    """Not even the first: before it, Python starts a process that unblocks the signal."""
     done = subprocess.run([sys.executable, "-c", MASKS], capture_output=True, text=True, check=True, timeout=PATIENCE)
     assert done.stdout.split() == ["1", "1"]
 
@@ -195,12 +195,12 @@ if __name__ == "__main__":
 
 
 def endless(task: Task) -> Task:
-    """The run with more samples than anyone waits for."""
+    """The task with so many samples that it does not end within a test."""
     return replace(task, settings=replace(task.settings, spp=1_000_000))
 
 
 def test_no_process_outlives_one_that_is_killed(compiled, tmp_path):
-    script = tmp_path / "parent.py"  # a file, which its children import
+    script = tmp_path / "parent.py"  # children import this file
     script.write_text(PARENT)
     variables = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
     pipe = subprocess.PIPE
@@ -209,5 +209,5 @@ def test_no_process_outlives_one_that_is_killed(compiled, tmp_path):
         children = next(line.split()[1:] for line in parent.stdout if line.startswith("children "))
         assert len(children) == 2
         parent.kill()
-        _, said = parent.communicate(timeout=PATIENCE)  # as long as there is anyone who could say something
+        _, said = parent.communicate(timeout=PATIENCE)  # waits until no process has the pipe open
     assert said == ""

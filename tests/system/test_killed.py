@@ -1,4 +1,4 @@
-"""`kill -9` at any moment of a long run costs what came after its last checkpoint: the same command goes on to the same bits."""
+"""`kill -9` in a long run loses only the work after the last checkpoint: the same command goes on to the same bits."""
 
 import json
 import os
@@ -35,14 +35,14 @@ def run(moment: str, *arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 def killed(moment: str, *arguments: object) -> list[str]:
-    """What `rlg` says until it is killed."""
+    """The stderr of `rlg` until it is killed."""
     done = run(moment, *arguments)
     assert done.returncode == -signal.SIGKILL, done.stderr
     return done.stderr.splitlines()
 
 
 def made(out: Path) -> dict[str, Any]:
-    """All pixels and numbers below a folder that a clock does not decide."""
+    """All pixels and numbers below a folder, without those that depend on the clock."""
     found: dict[str, Any] = {}
     for path in sorted(out.rglob("*.exr")):
         found[str(path.relative_to(out))] = read_exr(path)[0].tobytes()
@@ -68,7 +68,7 @@ def test_a_killed_render_goes_on(rlg, bundle, tmp_path, guide):
     (note,) = [line for line in killed("written:2", *command, out) if "goes on" in line]
     assert note == f"goes on from {out / 'checkpoint.npz'}, after 2 of {spp} samples"
     (note,) = [line for line in killed("saving:1", *command, out) if "goes on" in line]
-    assert f"after {4 if guide == 'bsdf' else 3} of" in note  # passes of one sample, or as many as there are
+    assert f"after {4 if guide == 'bsdf' else 3} of" in note  # passes: of one sample, or as many samples as there are
     done = rlg(*command, out)
     assert "goes on from" in done.stderr
     assert made(out) == made(tmp_path / "whole")
@@ -76,7 +76,7 @@ def test_a_killed_render_goes_on(rlg, bundle, tmp_path, guide):
 
 
 def test_a_killed_comparison_goes_on_within_its_runs(rlg, bundle, tmp_path):
-    """And with several at a time."""
+    """And with several runs at a time."""
     command = ["compare", bundle, "--methods", "bsdf,qtable,dqn", "--spp", 8, "--reference-spp", 8, *SMALL, "--out"]
     assert rlg(*command, tmp_path / "whole").returncode == 0
     out = tmp_path / "cut"
@@ -123,7 +123,7 @@ def test_a_killed_f12_goes_on(compiled, bundle, tmp_path):
 
 
 def test_a_killed_reference_goes_on_within_a_block(compiled, monkeypatch, notes):
-    """The same bits as one that was never stopped: the file is what a killed process leaves."""
+    """The bits are those of a render that never stopped. The file is the one of a killed process."""
     monkeypatch.setattr(checkpoint, "SHARE", 0)
     scene, often = scenes.tiny(20), Machine(checkpoint=1e-9)
 

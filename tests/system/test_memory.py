@@ -1,4 +1,4 @@
-"""The estimate of a render's memory agrees with the peak of a process."""
+"""The estimate of a render's memory agrees with a process's peak."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""An interrupted comparison keeps its finished runs, goes on from there, and ends in the same numbers."""
+"""An interrupted comparison keeps its finished runs, does the others, and ends in the same numbers."""
 
 import csv
 import hashlib
@@ -26,25 +26,25 @@ COMPARE = ["--methods", "uniform,dqn", "--spp", "8", "--seeds", "2", "--referenc
 
 
 def table(out: Path) -> list[dict[str, str]]:
-    """The rows of table.csv without what a clock decides."""
+    """The rows of table.csv without times."""
     with (out / "table.csv").open() as file:
         return [{name: value for name, value in row.items() if name not in TIMES} for row in csv.DictReader(file)]
 
 
 def finished(out: Path) -> dict[str, int]:
-    """When each finished run was written."""
+    """The time when each finished run was written."""
     return {str(path.parent.relative_to(out)): os.stat(path).st_mtime_ns for path in out.rglob("result.json")}
 
 
 def references() -> list[Path]:
-    """The blocks that are kept of all scenes."""
+    """The cached blocks of all scenes."""
     return list((Path(os.environ["XDG_CACHE_HOME"]) / "blender_rl_guiding" / "references").rglob("block-*.exr"))
 
 
 def test_an_interrupted_comparison_goes_on(rlg, interrupted, bundle, tmp_path):
     assert rlg("compare", bundle, *COMPARE, "--out", tmp_path / "whole").returncode == 0
     out = tmp_path / "cut"
-    status, said = interrupted("experiments.tasks::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
+    status, said = interrupted("experiments.produce::save_run", 3, "compare", bundle, *COMPARE, "--out", out, after=0)
     assert status == 130, said
     assert said.splitlines()[-1] == "rlg: interrupted"
     before = finished(out)
@@ -80,7 +80,7 @@ def test_other_settings_are_rendered_anew(rlg, bundle, tmp_path):
     assert "done before" not in rlg(*command, "--spp", 3).stderr
     assert table(tmp_path / "out")[0]["spp"] == "3"
     assert "done before" not in rlg(*command, "--spp", 99, "--noise", 1).stderr
-    assert "done before" in rlg(*command, "--spp", 99, "--noise", 1).stderr  # with fewer samples than it might have had
+    assert "done before" in rlg(*command, "--spp", 99, "--noise", 1).stderr  # with fewer samples than allowed
 
 
 def test_a_better_reference_judges_finished_runs_again(rlg, bundle, tmp_path):
@@ -105,7 +105,7 @@ DAMAGE: dict[str, Callable[[Path], object]] = {
 
 
 def give(run: Path, image: np.ndarray) -> None:
-    """Another image, with a record that says it is the one."""
+    """Put another image into a run, with a record that claims it."""
     write_exr(run / "image.exr", image, {})
     digest = hashlib.sha256((run / "image.exr").read_bytes()).hexdigest()
     record = result_file.read(run / "result.json")
@@ -113,7 +113,7 @@ def give(run: Path, image: np.ndarray) -> None:
 
 
 def test_what_is_damaged_is_done_again_and_told(rlg, bundle, tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "write", lambda results: None)  # they take longer than all the rest
+    monkeypatch.setattr(figures, "write", lambda results: None)  # figures take longer than all the rest
     out = tmp_path / "out"
     command = ["compare", bundle, "--methods", "qtable", "--seeds", 8, "--spp", 2, "--reference-spp", 128, "--out", out]
     assert rlg(*command).returncode == 0
@@ -135,7 +135,7 @@ def test_what_is_damaged_is_done_again_and_told(rlg, bundle, tmp_path, monkeypat
 
 @pytest.mark.parametrize("image", [np.ones((7, 9, 3), np.float32), np.full((12, 12, 3), np.nan, np.float32)], ids=["size", "nan"])
 def test_a_run_whose_image_cannot_be_judged_is_done_again_once(image, rlg, bundle, tmp_path, monkeypatch):
-    """Though its record is in order; and nothing is timed before all is compiled."""
+    """Its record is in order. And no run is timed before all is compiled."""
     monkeypatch.setattr(figures, "write", lambda results: None)
     prepared: list[int] = []
     compile_kernels = runner._compile_kernels
@@ -188,7 +188,7 @@ def test_two_never_write_to_one_folder(writer, rlg, bundle, tmp_path):
 
 
 def test_an_interrupted_sweep_with_jobs_goes_on(rlg, interrupted, tmp_path):
-    """And is the same as one without jobs."""
+    """And equals one without jobs."""
     save(replace(scenes.tiny(8), name="a1"), tmp_path / "a1.npz")
     sweep = ["sweep", "slides-resolution", "--scenes", tmp_path, "--seeds", 2, "--spp", 3, "--reference-spp", 128]
     assert rlg(*sweep, "--out", tmp_path / "whole").returncode == 0

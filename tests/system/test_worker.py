@@ -1,4 +1,4 @@
-"""The renderer as a child process: the bits of any other render, one line for what goes wrong, and an end when nobody listens."""
+"""The renderer as a child process: the same bits, one line for each error, and an end when nobody listens."""
 
 import json
 import os
@@ -72,6 +72,13 @@ def test_a_render_has_the_bits_and_passes_of_any_other(worker: Worker, bundle: P
     assert frames.keys() == {"Combined", *layers}
     for name, pixels in ({"Combined": combined} | layers).items():
         np.testing.assert_array_equal(frames[name], pixels[::-1], err_msg=name)
+
+
+def test_under_a_time_limit_no_more_is_left_than_it_allows(worker: Worker, bundle: Path):
+    worker.send("render", bundle=str(bundle), settings=to_dict(Render(spp=1_000_000, seconds=0.2)))
+    told = [event for event in events(worker) if event["event"] == "pass"]
+    assert all(event["left"] == pytest.approx(max(0.0, 0.2 - event["seconds"])) for event in told)
+    assert told[-1]["left"] == 0
 
 
 def test_what_the_user_can_mend_is_a_line_and_the_worker_goes_on(worker: Worker, bundle: Path, tmp_path: Path):
@@ -149,7 +156,7 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
 
 
 def test_it_ends_by_itself_only_while_it_rests():
-    """Whoever has borrowed it may be busy for long, with an export or a reference by Cycles."""
+    """Its owner may be busy for long, with an export or a reference by Cycles."""
     code = "import blender_rl_guiding.doors.worker as w; w.IDLE = 0.01\nw.WORK[w.messages.Wake] = lambda _, to: to.send('done')\nw.main()"
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, text=True) as child:
@@ -165,7 +172,7 @@ def test_it_ends_by_itself_only_while_it_rests():
 
 
 def test_what_others_print_is_not_an_event():
-    """Code that prints, such as a library with a warning, would break the lines of JSON."""
+    """Without this, a library that prints a warning would break the lines of JSON."""
     job = "lambda job, events: (print('x', flush=True), os.write(1, b'y'), events.send('done'))"
     code = f"import os, blender_rl_guiding.doors.worker as w; w.WORK[w.messages.Wake] = {job}; w.main()"
     pipe = subprocess.PIPE
@@ -196,7 +203,7 @@ time.sleep(600)
 def test_it_does_not_outlive_a_blender_that_is_killed(bundle: Path):
     with subprocess.Popen([sys.executable, "-c", PARENT, str(bundle)], cwd=ROOT, stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout
-        pid = next(int(line.split()[1]) for line in parent.stdout if line.startswith("worker "))  # among what Blender prints
+        pid = next(int(line.split()[1]) for line in parent.stdout if line.startswith("worker "))  # Blender prints other lines, too
         assert running(pid)
         parent.kill()
     deadline = time.monotonic() + PATIENCE
@@ -206,7 +213,7 @@ def test_it_does_not_outlive_a_blender_that_is_killed(bundle: Path):
 
 
 def running(pid: int) -> bool:
-    """Whether a process is there and not only waits for its parent to take note of its end."""
+    """Whether a process lives. A zombie does not."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except OSError:

@@ -1,4 +1,4 @@
-"""The worker and its client, told what nobody should tell them: a bad line is one error, and the next one is as good as ever."""
+"""The worker and its client get bad lines: each costs one error, and the next line is read as usual."""
 
 import io
 import json
@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from addon.worker_client import Worker
+from benchmarks.reliability import mutations
 from blender_rl_guiding import __version__, messages
 from blender_rl_guiding.doors import worker
 from blender_rl_guiding.errors import InputError
@@ -18,7 +19,7 @@ from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import BSDF, Render
 from blender_rl_guiding.typed import MalformedError, parse
-from tests import mutations, scenes
+from tests import scenes
 from tests.patience import PATIENCE
 
 SETTINGS = to_dict(Render(spp=1, guide=BSDF()))
@@ -41,7 +42,7 @@ NO_JOBS = [
 
 
 def mutated(count: int) -> list[bytes]:
-    """Jobs with one value changed. None succeeds: there is no bundle."""
+    """Jobs with one value changed. All fail, because there is no bundle."""
     lines = []
     for name, values in JOBS.items():
         found = mutations.of_json(json.dumps({"job": name} | values))

@@ -1,8 +1,7 @@
-"""What Cycles makes of shader nodes: python shading_oracle.py CASES.json ATTRIBUTES.npz RESULT.npy.
+"""Measures shader nodes in Cycles: python shading_oracle.py CASES.json ATTRIBUTES.npz RESULT.npy.
 
-Every case is a node with its settings and inputs; it colours a row of squares, each a pixel of the image, that have the given
-attributes, one value for each square; an input may also be the "position". The result has the node's output there,
-(cases, squares, 3) float32.
+A case is a node with settings and inputs. It colours a row of squares, and each square is a pixel. Attributes have a value for each
+square; an input may also be the "position". The result is the node's output, (cases, squares, 3) float32.
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 
@@ -20,7 +19,7 @@ def _socket(sockets: Any, identifier: str) -> bpy.types.NodeSocket:
 
 
 def material(case: dict[str, Any], images: dict[str, bpy.types.Image]) -> bpy.types.Material:
-    """A material that glows in the colour of the case's output."""
+    """A material that emits the colour of the case's output."""
     made = bpy.data.materials.new("Case")
     nodes, links = made.node_tree.nodes, made.node_tree.links
     nodes.clear()
@@ -39,7 +38,7 @@ def material(case: dict[str, Any], images: dict[str, bpy.types.Image]) -> bpy.ty
             socket.default_value = value
     emission, output = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
     links.new(_socket(node.outputs, case["output"]), emission.inputs["Color"])
-    if "beside" in case:  # an output that is in use, but of no consequence
+    if "beside" in case:  # another output in use, without effect
         test = nodes.new("ShaderNodeMath")
         test.operation, test.inputs[1].default_value = "LESS_THAN", 1000.0
         links.new(_socket(node.outputs, case["beside"]), test.inputs[0])
@@ -49,22 +48,22 @@ def material(case: dict[str, Any], images: dict[str, bpy.types.Image]) -> bpy.ty
 
 
 def squares(rows: int, columns: int, attributes: dict[str, np.ndarray]) -> bpy.types.Object:
-    """A sheet of unit squares from the origin along x and -y; rows alike but for their material."""
+    """A sheet of unit squares from the origin along x and -y. Each row has its material; otherwise rows are equal."""
     i, j = np.mgrid[0:rows, 0:columns]
     corners = np.stack([np.stack([j + x, -i - y], axis=-1) for x, y in ((0, 1), (1, 1), (1, 0), (0, 0))], axis=2)
     vertices = np.concatenate([corners.reshape(-1, 2), np.zeros((rows * columns * 4, 1))], axis=1)
     mesh = bpy.data.meshes.new("Squares")
     mesh.from_pydata(vertices.tolist(), [], np.arange(len(vertices)).reshape(-1, 4).tolist())
-    mesh.uv_layers.new()  # one unit square for each face, u along x
+    mesh.uv_layers.new()  # a unit square for each face, u along x
     mesh.polygons.foreach_set("material_index", i.ravel().astype(np.int32))
-    for name, values in attributes.items():  # a vector has a name of one letter
+    for name, values in attributes.items():  # names of vectors have one letter
         kind, field = ("FLOAT_VECTOR", "vector") if len(name) == 1 else ("FLOAT", "value")
         mesh.attributes.new(name, kind, "FACE").data.foreach_set(field, np.tile(values, (rows, 1) if len(name) == 1 else rows).ravel())
     return bpy.data.objects.new("Squares", mesh)
 
 
 def prepare(rows: int, columns: int) -> bpy.types.Scene:
-    """An empty scene that is seen straight from above, one pixel for each square."""
+    """An empty scene seen from straight above, with a pixel for each square."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"

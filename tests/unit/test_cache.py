@@ -1,4 +1,4 @@
-"""The user's cache is private, or it is not used; where it cannot be written, a line says so and nothing else happens."""
+"""The user's cache is used only if it is private. If it cannot be written, a line says so, and the program goes on."""
 
 import errno
 import os
@@ -69,7 +69,7 @@ def test_a_folder_that_others_can_write_to_is_not_used(kind: str, opening: str, 
     assert line.startswith(f"{folder} is not used: ")
     assert str(opened) in line
     assert cache.folder(kind) is None
-    assert len(told) == 1  # once is enough
+    assert len(told) == 1  # one line in all
     opened.chmod(0o755)
     if opening != "of another":
         assert cache.folder(kind) == folder
@@ -81,7 +81,7 @@ def test_a_folder_that_others_can_write_to_is_not_used(kind: str, opening: str, 
 def test_what_is_ours_is_closed_and_code_that_was_open_to_others_removed(
     kind: str, mode: int, open_ones: list[str], home: Path, told: list[str]
 ):
-    """As an earlier version left it where groups can write by default."""
+    """An earlier version left such a folder, where the umask lets groups write."""
     kernel, folder = cache.folder("kernels", "below"), cache.folder(kind, "below")
     assert kernel
     assert folder
@@ -98,7 +98,7 @@ def test_what_is_ours_is_closed_and_code_that_was_open_to_others_removed(
     assert told == []
     (folder / "kept").touch()
     assert cache.folder(kind, "below") == folder
-    assert (folder / "kept").exists()  # once is enough
+    assert (folder / "kept").exists()  # removed once, not at each call
 
 
 def test_code_that_cannot_be_removed_is_not_found_either(home: Path, told: list[str], monkeypatch: pytest.MonkeyPatch):

@@ -1,4 +1,4 @@
-"""The guiding table's cells: found again wherever they were seen, whatever the table's size; unknown elsewhere."""
+"""Cells of the guiding table: found wherever they were added, for all sizes of the table, and unknown elsewhere."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def find_cells(cells, positions, normals, found):
 
 
 def rows(cells: Cells, positions, normals=UP) -> list[int]:
-    """The table's row for each of (n, 3) positions."""
+    """The table's row for each position (n, 3)."""
     positions = np.array(positions, np.float32)
     normals, found = np.array(np.broadcast_to(normals, positions.shape), np.float32), np.empty(len(positions), np.int64)
     find_cells(cells, positions, normals, found)
@@ -53,7 +53,7 @@ def test_what_was_never_seen_is_unknown():
 
 
 def test_walls_on_the_bounds_and_axis_aligned_normals_lie_inside_cells():
-    """Rounding must not scatter the points of a wall over two layers of cells."""
+    """Rounding does not spread the points of a wall over two layers of cells."""
     cells = table(0.25)
     rng = np.random.default_rng(1)
     for wall in range(3):

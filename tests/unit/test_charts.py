@@ -1,4 +1,4 @@
-"""Charts and figures: whatever is to be drawn has a place, and what is listed is there."""
+"""Charts and figures: all data has a place in them, and all entries of legends are drawn."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from tests.unit.test_report import _no_figures, change, make_experiment, page_of
 
 
 def test_whoever_lists_figures_lists_those_that_there_are(tmp_path: Path):
-    """Errors of 0 have no place on logarithmic axes, nor have losses that are not finite on any."""
+    """Logarithmic axes have no place for errors of 0, and no axis has one for losses that are not finite."""
     make_experiment(tmp_path, methods={"uniform": 0.6, "dqn": 0.2}, seeds=1, size=4)
     for path in tmp_path.rglob("result.json"):
         curve = [{"samples": k, "seconds": 0.5 * k, "mape_display": 0.0, "relmse": 1.0 / k} for k in (1, 2, 4)]
@@ -43,7 +43,7 @@ def test_an_image_of_any_shape_can_be_shown(tmp_path: Path, width: int, height: 
     assert across == 3.0
     assert up == pytest.approx(0.36 + 1.5 * min(max(height / width, 1 / 4), 4))
     figure.savefig(tmp_path / "images.png")
-    shown = figure.axes[0].get_window_extent()  # after it was drawn
+    shown = figure.axes[0].get_window_extent()  # known once it is drawn
     assert shown.height / shown.width == pytest.approx(min(max(height / width, 1 / 4), 4))
     assert ("<canvas" in page) == (max(width, height) <= 16384)
     (rule,) = re.findall("figure img, canvas {(.*?)}", page)

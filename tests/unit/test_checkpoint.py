@@ -1,4 +1,4 @@
-"""A render goes on from its checkpoint to the bits of an undisturbed one, whatever guides it; that of another render is told in a line."""
+"""A render goes on from its checkpoint to the bits of an undisturbed one, for all guides. A line refuses that of another render."""
 
 import errno
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from tests.checkpoints import KILLED, MACHINE, SETTINGS, SPP, Killed, change, ju
 
 @pytest.fixture(autouse=True)
 def _often(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before every pass one is due."""
+    """A checkpoint is due before every pass."""
     monkeypatch.setattr(checkpoint, "SHARE", 0)
 
 
@@ -52,7 +52,7 @@ def test_every_guide_goes_on_to_the_same_bits(guide, tmp_path, notes):
     assert notes == [f"goes on from {path}, after {before} of {settings.spp} samples"]
     assert passes == [entry["samples"] for entry in whole.curve][KILLED - 2 :]
     assert again.seconds == again.curve[-1]["seconds"] > again.curve[KILLED - 2]["seconds"] > 0
-    assert path.exists()  # until whoever saves the run removes it
+    assert path.exists()  # the code that saves the run removes it
     kept.remove()
     assert [*path.parent.iterdir()] == []
 
@@ -69,7 +69,7 @@ def test_so_do_other_ways_to_sample(change, tmp_path):
 
 
 def test_so_does_a_noise_threshold_whose_noisy_pixels_wander(tmp_path):
-    """A pixel that joins late, as the neighbour of a firefly, may remain alone: then none has as many samples as were taken."""
+    """The neighbour of a firefly joins late and may be the last to go on: then no pixel has as many samples as passes were taken."""
     above = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.5), (0.0, 0.0, 0.0, 1.0))
     lamp = Lamp("lamp", "point", above, (1.0, 1.0, 1.0), radius=0.06)
     tiny = renderer._tiny_scene()

@@ -1,10 +1,11 @@
-"""Lines of JSON to and from child processes: any other line is one error."""
+"""Lines of JSON to and from child processes: each is understood, or one error."""
 
 import json
 from dataclasses import asdict
 
 import pytest
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.opening.blend import Outcome, outcome_of
 from blender_rl_guiding.scene.description import Loss
@@ -12,7 +13,6 @@ from blender_rl_guiding.scene.view import View
 from blender_rl_guiding.schema import SettingsError, from_dict, to_dict
 from blender_rl_guiding.settings import DQN, Render
 from blender_rl_guiding.typed import MalformedError, parse
-from tests import mutations
 
 ANSWERS = [
     {"ok": "a.npz", "coverage": [asdict(Loss("Lamp", "node 'Mix'", "left out"))]},

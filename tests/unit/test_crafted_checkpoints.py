@@ -1,4 +1,4 @@
-"""A checkpoint may be damaged or anyone's: it is told in a line, or gone on from, and leads no kernel astray."""
+"""A damaged or crafted checkpoint: refused in one line, or harmless. No kernel leaves its arrays."""
 
 import os
 import zipfile
@@ -26,7 +26,7 @@ from tests.checkpoints import MACHINE, SETTINGS, change, started, told
 
 @pytest.fixture(autouse=True)
 def _often(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before every pass one is due."""
+    """A checkpoint is due before every pass."""
     monkeypatch.setattr(checkpoint, "SHARE", 0)
 
 
@@ -41,7 +41,7 @@ def undisturbed(kind: str) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def checkpoints(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """One of each kind, as bytes."""
+    """A checkpoint of each kind, as bytes."""
     folder, found = tmp_path_factory.mktemp("checkpoints"), {}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checkpoint, "SHARE", 0)
@@ -52,7 +52,7 @@ def checkpoints(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 
 def taken_up(path: Path, kind: str) -> tuple[Result | None, list[str]]:
-    """What a file gives to go on from, and what is noted."""
+    """(result that the render goes on from or None, notices)."""
     scene, settings, notes = scenes.tiny(8), SETTINGS[kind], []
 
     def begun() -> Result:
@@ -63,7 +63,7 @@ def taken_up(path: Path, kind: str) -> tuple[Result | None, list[str]]:
 
 
 def assert_harmless(path: Path, kind: str) -> bool:
-    """A file that may be crafted is noted in one line, or gone on from to an image or one line; returns whether it was noted."""
+    """The file is refused in one notice; or the render goes on from it to an image, or one error. Returns whether it was refused."""
     with np.errstate(all="ignore"):
         result, notes = taken_up(path, kind)
         (note,) = notes
@@ -72,14 +72,14 @@ def assert_harmless(path: Path, kind: str) -> bool:
             assert note.startswith(f"{path}")
             assert note.endswith(": the render begins anew")
             return True
-        with suppress(FloatingPointError):  # which is a line, too
+        with suppress(FloatingPointError):  # this is the one error
             assert gone_on(path, SETTINGS[kind]).film.samples == SETTINGS[kind].spp
     return False
 
 
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_a_flipped_bit_is_seen_wherever_it_is(kind, checkpoints, tmp_path):
-    """Or it changes nothing: some bits of a zip mean nothing to anyone."""
+    """It is seen, or changes nothing: some bits of a zip have no meaning."""
     path, good, rng, seen = tmp_path / "x.npz", checkpoints[kind], np.random.default_rng(1), 0
     path.write_bytes(good)
     expected, _ = taken_up(path, kind)
@@ -118,7 +118,7 @@ def test_what_is_no_file_is_passed_over(make, tmp_path, notes):
 
 
 def mutations(array: np.ndarray, rng: np.random.Generator) -> Iterator[np.ndarray]:
-    """What an attacker might put in an array's place."""
+    """Arrays that an attacker might put in the place of one."""
     yield array.astype(np.float16 if array.dtype.kind == "f" else np.int8)
     yield array.astype(array.dtype.newbyteorder())
     yield array[None]
@@ -148,7 +148,7 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_an_array_that_was_not_written_is_seen(kind, checkpoints, tmp_path):
-    """By its SHA-256: the zip file's own checksum is right."""
+    """The SHA-256 is wrong; the checksum of the zip is right."""
     path = tmp_path / "x.npz"
     path.write_bytes(checkpoints[kind])
     for name, array in arrays_of(path).items():
@@ -159,7 +159,7 @@ def test_an_array_that_was_not_written_is_seen(kind, checkpoints, tmp_path):
 
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_a_crafted_array_is_a_line_or_harmless(kind, checkpoints, tmp_path):
-    """With a SHA-256 made right. Some of the mutations of each array, chosen anew for each."""
+    """The SHA-256 is right. Some mutations of each array are tried, drawn anew for each."""
     path, rng, refused = tmp_path / "x.npz", np.random.default_rng(2), []
     path.write_bytes(checkpoints[kind])
     for name, array in arrays_of(path).items():
@@ -203,7 +203,7 @@ def test_what_would_lead_a_kernel_astray_is_named(kind, name, value, reason, che
 
 
 def test_cells_that_crowd_in_one_place_are_refused(checkpoints, tmp_path):
-    """Looking for one takes as many steps as there are: with millions of them, a render would never end."""
+    """Finding one of them takes as many steps as there are: with millions, a render would never end."""
     keys = np.random.default_rng(1).integers(1 << 63, (1 << 64) - 1, 4_000_000, np.uint64)
     keys = keys[mixed(keys) & np.uint64(4095) < 16][: MOST_STEPS + 1000]
     path = tmp_path / "x.npz"
@@ -228,7 +228,7 @@ def _mix_all(x, rows):
 
 
 def test_a_guide_that_never_learns_has_no_steps_behind_it(tmp_path, monkeypatch):
-    """It would want transitions, for which the tracer has no room."""
+    """With steps it would want transitions, but the tracer has made no room for them."""
     monkeypatch.setattr(checkpoint, "SHARE", 0)
     path, settings = tmp_path / "x.npz", replace(SETTINGS["dqn"], guide=replace(SETTINGS["dqn"].guide, first_steps=0))
     monkeypatch.setitem(SETTINGS, "still", settings)

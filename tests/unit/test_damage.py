@@ -1,4 +1,4 @@
-"""Each kind of damage in a run folder: the report leaves the run out, and a line tells why."""
+"""Each kind of damage in a run folder: the report leaves out the run, and a line says why."""
 
 import hashlib
 import json
@@ -32,7 +32,7 @@ def _made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def made(_made: Path, tmp_path: Path) -> Path:
-    """A folder as `make_experiment` makes it, which takes half a second."""
+    """A copy of the folder of `make_experiment`: making it takes half a second."""
     return shutil.copytree(_made, tmp_path / "made")
 
 
@@ -97,7 +97,7 @@ def test_what_is_damaged_is_listed_and_left_out(made: Path, name: str, content: 
     (line,) = found.damaged
     assert message in line
     assert name in line
-    assert str(made) not in line  # the page is shown to others
+    assert str(made) not in line  # others may see the page
     assert f"<li>{escape(line)}</li>" in page
     assert len(found.runs) == 6 - ("seed-0" in name)
     assert ("<h3>Images</h3>" in page) == ("reference" not in name)
@@ -140,7 +140,7 @@ def test_a_result_with_numbers_that_cannot_be_is_damaged(made: Path, bad: dict[s
 
 
 @pytest.mark.parametrize("other", [{"scene": "a1"}, {"method": "bsdf"}, {"seed": 1}, {"resolution": [12, 48]}])
-@pytest.mark.parametrize("seed", [0, 1])  # the one that is pictured, and one that is not
+@pytest.mark.parametrize("seed", [0, 1])  # the seed of the pictures, and another
 def test_the_result_of_another_run_is_not_this_ones(made: Path, other: dict[str, Any], seed: int):
     path = made / "c1" / "dqn" / f"seed-{seed}" / "result.json"
     values = {"seed": seed} | {name: value + seed if name == "seed" else value for name, value in other.items()}
@@ -155,7 +155,7 @@ def test_the_result_of_another_run_is_not_this_ones(made: Path, other: dict[str,
 
 @pytest.mark.parametrize("folder", ["c1", "c1/c1/c1", "c", "dqn"])
 def test_a_line_names_the_place_within_the_folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str):
-    """The folder may be called like one that is in it, and is given as it may be."""
+    """Lines name files within the folder, even if it has the name of a folder in it, however its path is written."""
     (made / "c1" / "dqn" / "seed-0" / "result.json").write_text("[]")
     (made / "c1" / "bsdf" / "seed-0" / "image.exr").unlink()
     (tmp_path / folder).parent.mkdir(parents=True, exist_ok=True)
@@ -168,7 +168,7 @@ def test_a_line_names_the_place_within_the_folder(made: Path, tmp_path: Path, mo
 
 
 def test_nothing_is_read_or_written_through_a_link_that_leads_out(tmp_path: Path):
-    """Its target may be any file of whoever makes the report, who then shows it to others."""
+    """The link's target may be a private file of the report's author, who then shows the report to others."""
     others, folder = tmp_path / "others", make_experiment(tmp_path / "folder", seeds=1)
     make_experiment(others, seeds=1)
     for name in ("uniform/seed-0/image.exr", "bsdf/seed-0/result.json", "dqn"):
@@ -186,10 +186,13 @@ def test_nothing_is_read_or_written_through_a_link_that_leads_out(tmp_path: Path
     with pytest.raises(InputError, match="figures leads out of"):
         write_figures(found)
     (tmp_path / "kept").write_text("kept")
-    (folder / "report.html").symlink_to(tmp_path / "kept")  # is itself replaced
+    (folder / "report.html").symlink_to(tmp_path / "kept")  # the link itself is replaced
     write(folder)
     assert (tmp_path / "kept").read_text() == "kept"
 
 
 def _remove(path: Path) -> None:
-    shutil.rmtree(path) if path.is_dir() else path.unlink()
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()

@@ -1,4 +1,4 @@
-"""Run folders that anyone may have made: whatever is in them, a report comes of it that says what is left out, or one line."""
+"""Run folders of unknown origin: each gives a report that lists what it left out, or one error line."""
 
 import io
 import json
@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding import images
 from blender_rl_guiding.doors import cli
 from blender_rl_guiding.errors import InputError
@@ -19,17 +20,16 @@ from blender_rl_guiding.report import discs, figures, page_probe
 from blender_rl_guiding.report import writing as report
 from blender_rl_guiding.report.folders import load
 from blender_rl_guiding.report.handover import handed_over
-from tests import mutations
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment, write_figures
 
 FILES = ("experiment.json", "c1/probe.json", "c1/dqn/seed-0/result.json")
-WHOLE = os.environ.get("RLG_ALL_MUTATIONS") == "1"  # some minutes; otherwise a part of them, which is always the same
+WHOLE = os.environ.get("RLG_ALL_MUTATIONS") == "1"  # takes minutes; otherwise a fixed part of them
 
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A tiny folder with all that a report can have."""
+    """A tiny folder with everything a report can show."""
     folder = make_experiment(tmp_path_factory.mktemp("good"), size=4, methods={"uniform": 0.6, "dqn": 0.2})
     add_probe(folder, {"dqn": (3, 4)})
     return folder
@@ -43,7 +43,7 @@ def _small_and_few(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def outcome(folder: Path, all_of_it: bool = False) -> str:
-    """Report on a folder; return the first line about damage, or nothing. `all_of_it`: draw figures and tables, too, which is slow."""
+    """Report on a folder. Returns the first line about damage, or "". `all_of_it`: figures and tables too, which is slow."""
     outside = listing(folder.parent)
     try:
         results = report.write(folder)
@@ -65,7 +65,7 @@ def outcome(folder: Path, all_of_it: bool = False) -> str:
 
 
 def listing(folder: Path) -> list[str]:
-    """What lies directly in it: where `..` in a name would lead."""
+    """The names in a folder. Of the parent of a run folder: `..` in a name would write there."""
     return sorted(path.name for path in folder.iterdir())
 
 
@@ -85,7 +85,7 @@ def test_any_value_of_any_file(good: Path, tmp_path: Path, name: str):
 
 
 def test_no_text_is_a_formula(good: Path, tmp_path: Path):
-    """With figures, for it is matplotlib that reads formulas."""
+    """With figures: matplotlib reads formulas."""
     copy = shutil.copytree(good, tmp_path / "folder")
     name, fine = "c1/dqn/seed-0/result.json", 0
     for what, text in mutations.of_json((good / name).read_text()):
@@ -93,7 +93,7 @@ def test_no_text_is_a_formula(good: Path, tmp_path: Path):
             (copy / name).write_text(text)
             with mutations.named(what):
                 fine += not outcome(copy, all_of_it=True)
-    assert fine > 1  # the guide's kind and its error, which the axes' names have in them
+    assert fine > 1  # the guide's kind, and its error: axes show both
 
 
 @pytest.mark.parametrize("name", [*FILES, "c1/reference.exr", "c1/dqn/seed-0/image.exr"])

@@ -1,4 +1,4 @@
-"""Hemispheres as discs: every patch as large as any other, in its own place; means over other patches; scales."""
+"""Hemispheres as discs: all patches have one area, each at its place; means over other patches; scales."""
 
 import math
 
@@ -13,12 +13,12 @@ AXIS = Axis(True, -1.0, 0.0)
 
 
 def lit(rows: int, columns: int, row: int, column: int) -> np.ndarray:
-    """Where in the picture one bright patch among dark ones lies, (SIZE, SIZE), 0..1."""
+    """The part of each pixel that one bright patch among dark ones covers: (SIZE, SIZE), 0..1."""
     values = np.zeros((rows, columns))
     values[row, column] = 1.0
     rgba = discs.picture(values, AXIS, SIZE).astype(float)
     assert rgba.shape == (SIZE, SIZE, 4)
-    return (rgba[..., 0] / rgba[..., 0].max()) * (rgba[..., 3] > 0)
+    return np.where(rgba[..., 3] > 0, rgba[..., 0] / rgba[..., 0].max(), 0)
 
 
 def test_patches_have_equal_areas():
@@ -31,11 +31,11 @@ def test_patches_have_equal_areas():
     [(0, 0, 1, 0.41), (0, 1, 0.41, 1), (0, 2, -0.41, 1), (0, 4, -1, -0.41), (0, 7, 1, -0.41), (3, 0, 1, 0.41)],
 )
 def test_a_direction_stands_where_it_points(row, column, x, y):
-    """Of 4 x 8 patches: +x to the right, +y up, and the higher the nearer to the centre."""
+    """4 x 8 patches: +x is to the right, +y is up, and higher rows are nearer to the centre."""
     place = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
     seen = lit(4, 8, row, column)
     centre = np.array([(seen * place[None, :]).sum(), (seen * -place[:, None]).sum()]) / seen.sum()
-    radius = 0.92 if row == 0 else 0.33  # mean over the ring, a little less for the sector's width
+    radius = 0.92 if row == 0 else 0.33  # the ring's mean radius, a little less because the sector is wide
     np.testing.assert_allclose(centre, radius * np.array([x, y]) / math.hypot(x, y), atol=0.03)
 
 

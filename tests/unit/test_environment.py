@@ -1,4 +1,4 @@
-"""The renderer's environment says where it is, and names each part that is missing or wrong with the command that mends it."""
+"""The renderer's environment tells its place, and names each missing or wrong part with the command that repairs it."""
 
 import importlib
 import json
@@ -20,7 +20,7 @@ BUILD = str(ROOT / "build.sh")
 
 @pytest.fixture
 def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A data folder of our own."""
+    """Another data folder than the user's."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     return tmp_path / "data"
 
@@ -96,7 +96,7 @@ def faults(wanted: str = "") -> list[Part]:
 
 
 def test_a_bare_environment_of_the_wrong_python(tmp_path: Path):
-    """A real one: the package alone, installed as if it needed another Python."""
+    """A real environment: only the package, installed as if it needed another Python."""
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(tmp_path)], check=True)
     (packages,) = tmp_path.glob("lib/python*/site-packages")
     (packages / "project.pth").write_text(str(ROOT))
@@ -130,6 +130,6 @@ def test_a_check_that_hangs_ends_with_the_addon():
 
 
 def test_a_check_without_a_pipe_comes_to_its_end():
-    """An older add-on gives none."""
+    """An older add-on gives the check no pipe as stdin."""
     command = [sys.executable, "-c", f"{SLOW.format('time.sleep(0.5) or e.Part(str())')}; e.main(['1.0'])"]
     assert subprocess.run(command, stdin=subprocess.DEVNULL, check=False, capture_output=True, timeout=PATIENCE).returncode == 0

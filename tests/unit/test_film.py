@@ -1,4 +1,4 @@
-"""The film's sums, variances, noise, passes and alpha against numpy's, over pixels that have different numbers of samples."""
+"""The film's sums, variances, noise, passes and alpha equal NumPy's, with a number of samples that differs between pixels."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def add_samples(sums, pixels, radiance, weights, finite):
 
 
 def add(film: Film, pixels, radiance, weights=None) -> np.ndarray:
-    """Add samples (n, 3) to pixels (n,); whether each is finite."""
+    """Add samples (n, 3) to pixels (n,). Returns whether each is finite."""
     finite = np.empty(len(pixels), bool)
     weights = np.ones(len(pixels)) if weights is None else weights
     add_samples(film.sums, np.array(pixels, np.int64), np.array(radiance, np.float32), np.array(weights, np.float32), finite)
@@ -26,7 +26,7 @@ def add(film: Film, pixels, radiance, weights=None) -> np.ndarray:
 
 
 def samples_of(counts: np.ndarray) -> list[np.ndarray]:
-    """Samples (count, 3) for each pixel."""
+    """Random samples (count, 3) for each pixel."""
     rng = np.random.default_rng(1)
     return [rng.random((count, 3), np.float32) for count in counts]
 
@@ -53,7 +53,7 @@ def test_mean_and_variance_are_numpys(exposure):
 
 
 def test_weighted_samples():
-    """Where samples weigh what their variance is the inverse of, the mean has 1 / (sum of weights), which is estimated without bias."""
+    """If weights w are inverse variances, the mean has the variance 1 / sum w, and the estimate of that is unbiased."""
     rng, weights = np.random.default_rng(3), np.arange(1.0, 17.0)
     films = 4000
     film = Film(films, 1)
@@ -64,7 +64,7 @@ def test_weighted_samples():
     np.testing.assert_allclose(film.mean()[0], expected, rtol=1e-6)
     truth = 1 / weights.sum()
     estimates = film.variance_of_mean().ravel()
-    # The relative spread of each is sqrt(2 / 15), as of any chi-squared; four standard errors, as below.
+    # Each estimate has the relative spread sqrt(2 / 15) of a chi-squared variable. Limit: four standard errors, as below.
     assert estimates.mean() == pytest.approx(truth, rel=4 * np.sqrt(2 / 15 / estimates.size))
     assert film.mean()[0].var() == pytest.approx(truth, rel=4 * np.sqrt(2 / estimates.size))
 

@@ -1,14 +1,14 @@
-"""The estimate of a sweep: by runs of the same method on the same scene, else of the method, else of the kind of guide."""
+"""The estimate of a sweep, from runs of the method on the scene, else of the method, else of its kind of guide."""
 
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from blender_rl_guiding.experiments.forecast import Forecast
-from blender_rl_guiding.experiments.runs import RENDERED, Judge
-from blender_rl_guiding.experiments.tasks import Outcome, Pace, Task
+from blender_rl_guiding.experiments.pool import Outcome
+from blender_rl_guiding.experiments.runs import Task
+from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.settings import DQN, QTable, Render, Uniform
 
 GUIDES = {"dqn": DQN(), "small": DQN(width=8), "uniform": Uniform(), "qtable": QTable()}
@@ -16,21 +16,21 @@ GUIDES = {"dqn": DQN(), "small": DQN(width=8), "uniform": Uniform(), "qtable": Q
 
 def task(scene: str, method: str) -> Task:
     settings = Render(guide=GUIDES[method]) if method in GUIDES else Render()
-    return Task(Path(), SimpleNamespace(name=scene), Judge(np.zeros(0), RENDERED), method, settings)
+    return Task(Path(), SimpleNamespace(name=scene), settings, method)
 
 
 def test_runs_to_come_are_weighed_by_those_alike():
     tasks = [task("a1", "dqn"), task("a1", "uniform"), task("a1", "dqn"), task("c1", "dqn"), task("c1", "bsdf"), task("c1", "small")]
     forecast = Forecast(tasks, jobs=2)
     assert (forecast.done, forecast.total, str(forecast)) == (0, 6, "0 of 6")  # nothing is known: a second each
-    forecast.go(tasks[0], Pace(0.5, 80.0))
+    forecast.go(tasks[0], Pace(40.0, 40.0))
     assert (forecast.done, forecast.total) == (40, 80 + 5)
     forecast.end(tasks[0], Outcome("", 100.0))
     forecast.end(tasks[1], Outcome("", 20.0))
     assert forecast.done == 120
     assert forecast.total == 120 + 100 + 100 + 20 + 100  # known, of the method, of those that do not learn, of the guide
     assert str(forecast) == "2 of 6, about 0:02:40 to go"  # two at a time
-    forecast.go(tasks[3], Pace(0.25, 60.0))
+    forecast.go(tasks[3], Pace(15.0, 45.0))
     assert forecast.done == pytest.approx(120 + 15)
     assert str(forecast) == "2 of 6, about 0:02:12 to go"
 
@@ -42,7 +42,7 @@ def test_learning_is_not_weighed_by_what_does_not_learn():
     assert str(forecast) == "1 of 4, about 0:00:04 to go and dqn, qtable, whose learning has not been timed yet"
     forecast.end(tasks[1], Outcome("", 2.0))
     assert str(forecast) == "2 of 4, to go: dqn, qtable, whose learning has not been timed yet"
-    forecast.go(tasks[2], Pace(0.01, 90.0))
+    forecast.go(tasks[2], Pace(0.9, 89.1))
     assert forecast.total == 6 + 90 + 3
     forecast.end(tasks[2], Outcome("", 98.0))
     assert str(forecast) == "3 of 4, to go: qtable, whose learning has not been timed yet"

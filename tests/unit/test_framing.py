@@ -1,4 +1,4 @@
-"""The camera that frames everything: all that is worth it is in its picture, and walls and skies do not hide it."""
+"""The camera that frames everything: all that matters is in the picture, and walls and skies do not hide it."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ CUBE = ("-x", "+x", "-y", "+y", "-z", "+z")
 
 
 def scene_of(*boxes: tuple[Vector, Vector], shader=GREY, aspect: float = 1.5) -> SceneData:
-    """Each box an object; one without depth is a quadrilateral."""
+    """A scene in which each box is an object. A box without depth is a quadrilateral."""
     builder, owners = Builder(), []
     for number, (low, high) in enumerate(boxes):
         flat = low[2] == high[2]
@@ -27,7 +27,7 @@ def scene_of(*boxes: tuple[Vector, Vector], shader=GREY, aspect: float = 1.5) ->
 
 
 def seen(camera: Camera, points) -> tuple[np.ndarray, np.ndarray]:
-    """Places of points in the picture, 0..1 where they are in it, (n, 2); and their depths, (n,)."""
+    """For points (n, 3): places in the picture (n, 2), within 0..1 if visible, and depths (n,)."""
     matrix = np.array(camera.to_world)
     local = (np.atleast_2d(points) - matrix[:3, 3]) @ matrix[:3, :3]
     left, right, bottom, top = camera.window

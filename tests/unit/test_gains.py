@@ -1,4 +1,4 @@
-"""What an encoder gains is told against the right method, with the right interval, and not beyond it."""
+"""An encoder's gain: against the right method, with the right interval, and no claim beyond the interval."""
 
 import json
 from pathlib import Path
@@ -22,7 +22,7 @@ ERRORS = {
 
 
 def experiment(folder: Path, seeds: int = 2) -> Results:
-    """Runs with these errors, by networks that differ in the encoder; `wider` in its width, too."""
+    """Runs with the errors of ERRORS. Their networks differ in the encoder; `wider` differs in its width, too."""
     make_experiment(folder, methods=dict.fromkeys(("uniform", *ERRORS), 0.3), seeds=seeds)
     for method, errors in ERRORS.items():
         for seed in range(seeds):
@@ -31,7 +31,7 @@ def experiment(folder: Path, seeds: int = 2) -> Results:
             result["metrics"]["mape_display"] = errors[seed]
             if method != "bsdf":
                 encoder = {"kind": "none"} if method == "plain" else {"kind": "rbf", "sigma": 1.0}
-                result["settings"]["guide"] = {"kind": "dqn", "width": 100 + 100 * (method == "wider"), "encoder": encoder}
+                result["settings"]["guide"] = {"kind": "dqn", "width": 200 if method == "wider" else 100, "encoder": encoder}
             path.write_text(json.dumps(result))
     return load(folder)
 
@@ -49,7 +49,7 @@ def test_encoders_are_held_against_the_same_network_without(tmp_path: Path):
     [(0.001, ["better, by 40.8% at least", "worse, by 82.0% at least"]), (0.1, ["no difference beyond the interval"] * 2)],
 )
 def test_only_what_lies_beyond_the_interval_counts(half: float, verdicts: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Two errors 2 `half` apart have an interval of 12.706 `half`, 0.0127: .11 / .21 is .524 +- .068, .41 / .21 is 1.952 +- .133."""
+    """Errors 2 `half` apart: interval 12.706 `half`, 0.0127. So .11 / .21 is .524 +- .068, and .41 / .21 is 1.952 +- .133."""
     monkeypatch.setattr(f"{__name__}.ERRORS", {name: (sum(pair) / 2 - half, sum(pair) / 2 + half) for name, pair in ERRORS.items()})
     better, _, worse = gains(experiment(tmp_path), "c1")
     assert [better.verdict, worse.verdict] == verdicts

@@ -1,4 +1,4 @@
-"""EXR files keep every bit, are read by Blender, and are refused in one line when damaged."""
+"""EXR files keep every bit, and Blender reads them. A damaged one is refused in one line."""
 
 import json
 import subprocess
@@ -17,7 +17,7 @@ from tests.patience import PATIENCE
 @pytest.fixture
 def image() -> np.ndarray:
     pixels = np.random.default_rng(1).gamma(0.5, size=(5, 7, 3)).astype(np.float32)
-    pixels[0, 0] = 1e6, 0.0, 1e-6  # beyond what half floats hold
+    pixels[0, 0] = 1e6, 0.0, 1e-6  # half floats cannot hold these
     return pixels
 
 

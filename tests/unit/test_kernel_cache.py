@@ -1,4 +1,4 @@
-"""A compiled kernel that is damaged, or another's, is never run: it is compiled again, once, and a line says so."""
+"""A compiled kernel that is damaged, or that of another source, never runs: it is compiled again, once, and a line says so."""
 
 import errno
 import os
@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 from numba import types
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding import notices
 from blender_rl_guiding.kernels import kept
 from blender_rl_guiding.kernels.kept import Kept
-from tests import mutations
 from tests.patience import PATIENCE
 
 INTEGER, NUMBER = (types.int64,), (types.float64,)

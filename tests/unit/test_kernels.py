@@ -1,4 +1,4 @@
-"""The cache of kernels is another one as soon as anything that goes into them is; and kernels can check their indices."""
+"""Any change of what goes into kernels changes their cache; and kernels can check their indices."""
 
 import os
 import subprocess
@@ -55,7 +55,7 @@ print(kernels._FOLDER.name)
 
 
 def test_indices_are_checked_where_numba_is_told_to(tmp_path: Path):
-    """Those below 0, too, which Numba itself counts from the end; and such kernels are kept apart from the others."""
+    """Indices below 0 as well: Numba counts them from the end. Kernels that check have a cache of their own."""
     script = tmp_path / "read.py"
     script.write_text(_READ)
     changed = {"NUMBA_BOUNDSCHECK": "1", "XDG_CACHE_HOME": str(tmp_path)}

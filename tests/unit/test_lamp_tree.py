@@ -1,4 +1,4 @@
-"""The tree of lamps: rays find through it what they find by asking every lamp."""
+"""The tree of lamps: a ray finds the same lamp as by testing every lamp."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ RAYS = 4000
 
 
 def lamps(count: int, rng: np.random.Generator) -> tuple[Lamp, ...]:
-    """Balls, discs, areas and suns, here and there, some of them without a size."""
+    """Random balls, discs, areas and suns; some have no size."""
     made = []
     for k in range(count):
         turned, _ = np.linalg.qr(rng.normal(size=(3, 3)))

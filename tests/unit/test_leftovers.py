@@ -1,4 +1,4 @@
-"""What killed processes left is swept away, and nothing else ever."""
+"""Files that killed processes left are removed, and no others."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ ELSEWHERE = "0123abcd"  # another computer, or another start of this one
 
 @pytest.fixture
 def dead() -> int:
-    """The number of a process that has ended."""
+    """The id of a process that has ended."""
     child = subprocess.Popen(["true"])
     child.wait(PATIENCE)
     return child.pid
@@ -29,7 +29,7 @@ def names(folder: Path) -> set[str]:
 
 
 def make(folder: Path, name: str, age: float = 0.0) -> Path:
-    """A file, or where the name ends in a stroke a folder with a file in it."""
+    """Make a file; or a folder with a file in it, if the name ends in a slash."""
     path = folder / name
     if name.endswith("/"):
         path.mkdir()
@@ -130,7 +130,7 @@ def test_a_number_that_no_process_can_have(tmp_path: Path):
 
 
 def test_without_numbers_of_processes_age_decides(dead: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Elsewhere than on POSIX, asking for a process may end it."""
+    """Outside of POSIX, the call that asks whether a process lives may end it."""
     monkeypatch.setattr(leftovers.os, "kill", None)
     monkeypatch.setattr(leftovers, "_SIGNALS", False)
     make(tmp_path, f".image.rlg-{dead}-{leftovers._computer()}.exr")

@@ -1,4 +1,4 @@
-"""A program that is held ends with its stdin, whatever that is, and says why."""
+"""A held program ends when its stdin ends, for all kinds of stdin, and says why."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ HELD = f"import sys, time; sys.path.insert(0, {str(ADDON)!r}); from lifeline imp
 
 
 def held(redirection: str, heard: str = "") -> subprocess.CompletedProcess[bytes]:
-    """How a program ended that would sleep for hours, with a redirection of its stdin or others, as a shell writes them."""
+    """Start a program that would sleep for hours, with redirections as in a shell. Returns how it ended."""
     command = ["sh", "-c", f'exec "$0" -c "$1" {redirection}', sys.executable, HELD % heard]
     return subprocess.run(command, stdin=subprocess.PIPE, capture_output=True, timeout=PATIENCE, check=False)
 

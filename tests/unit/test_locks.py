@@ -1,4 +1,4 @@
-"""A folder that is written to has one writer at a time, who is named; a lock outlives nobody."""
+"""A folder has one writer at a time; others are told its name. No lock outlives its process."""
 
 import errno
 import fcntl
@@ -34,7 +34,7 @@ folder, alone, entered = Path(sys.argv[1]), Path(sys.argv[2]), 0
 for _ in range(1500):
     try:
         with writing(folder):
-            os.close(os.open(alone, os.O_CREAT | os.O_EXCL))  # fails where another is inside
+            os.close(os.open(alone, os.O_CREAT | os.O_EXCL))  # fails if another is inside
             entered += 1
             os.unlink(alone)
     except InputError as error:
@@ -50,7 +50,7 @@ def process(script: str, *arguments: Path) -> "subprocess.Popen[str]":
 
 @pytest.fixture
 def holder(tmp_path: Path) -> Iterator["subprocess.Popen[str]"]:
-    """A process that writes to the folder "out"."""
+    """A process that holds the lock of the folder "out"."""
     with process(HOLDS, tmp_path / "out") as holder:
         assert holder.stdout
         assert holder.stdout.readline() == "held\n"

@@ -1,4 +1,4 @@
-"""Free memory is read right on all kinds of machines and control groups."""
+"""Free memory is read correctly on all kinds of machines and control groups."""
 
 from pathlib import Path
 
@@ -11,18 +11,18 @@ INFO = f"MemTotal: {64 * GB >> 10} kB\nMemAvailable: {32 * GB >> 10} kB\nSwapFre
 
 
 def two(most: int | str, taken: int, stat: str = "", swap: int | str | None = None) -> dict[str, str]:
-    """A group of version 2."""
+    """A control group of version 2."""
     files = {"memory.max": str(most), "memory.current": str(taken), "memory.stat": stat}
     return files if swap is None else files | {"memory.swap.max": str(swap), "memory.swap.current": "0"}
 
 
 def one(most: int, taken: int, stat: str = "", both: int | None = None) -> dict[str, str]:
-    """A group of version 1; `both` limits memory and swap."""
+    """A control group of version 1. `both` limits memory plus swap."""
     files = {"memory.limit_in_bytes": str(most), "memory.usage_in_bytes": str(taken), "memory.stat": stat}
     return files if both is None else files | {"memory.memsw.limit_in_bytes": str(both), "memory.memsw.usage_in_bytes": str(taken)}
 
 
-NO_LIMIT = 9223372036854771712  # as version 1 has it
+NO_LIMIT = 9223372036854771712  # version 1 writes this for "no limit"
 STAT = f"anon 0\nfile {3 * GB}\nshmem {2 * GB}\ninactive_anon {2 * GB}\ninactive_file {GB}\nactive_file 0\nslab_reclaimable {GB}\n"
 STAT_1 = f"cache {3 * GB}\ntotal_cache {3 * GB}\ntotal_shmem {2 * GB}\ninactive_file 5\ntotal_inactive_file {GB}\ntotal_active_file 0\n"
 # Lines of /proc/self/cgroup, groups by folder, and GB: free and available.

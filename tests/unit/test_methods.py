@@ -1,4 +1,4 @@
-"""Defaults of settings: of a method's name, of a render without flags, and of a run older than the sampler."""
+"""Defaults of settings: for a method's name, for a render without flags, and for a run older than the setting of the sampler."""
 
 import hashlib
 from pathlib import Path
@@ -29,7 +29,7 @@ def test_without_a_name_lights_are_sampled():
 
 
 def written(folder: Path, settings: dict[str, Any]) -> Path:
-    """The folder of a finished run that had these settings."""
+    """The folder of a finished run with these settings."""
     (folder / "image.exr").write_bytes(b"pixels")
     images = {"image.exr": hashlib.sha256(b"pixels").hexdigest()}
     record = Record(

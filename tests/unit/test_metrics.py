@@ -1,4 +1,4 @@
-"""The four measures against values worked out by hand, and what they refuse."""
+"""The four measures equal values computed by hand, and refuse bad input."""
 
 import subprocess
 import sys
@@ -43,7 +43,7 @@ def test_flip_grows_with_the_difference_and_ignores_the_scale():
     assert metrics.flip((reference + 0.1 * noise) * 100, reference * 100) == pytest.approx(errors[2], abs=2e-3)
 
 
-# flip-evaluator ends the whole process where it finds no exposures, so these run in one of their own.
+# flip-evaluator ends the process if it finds no exposures, so these run in a child process.
 DEGENERATE = """
 import numpy as np
 from blender_rl_guiding.images.metrics import flip

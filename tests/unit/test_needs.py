@@ -92,7 +92,7 @@ def test_renders_at_a_time_are_not_all_the_heaviest(monkeypatch):
         forewarn(ROOM, [heavy], MACHINE, 2)
 
 
-CITY = QTable(cells=1024, rows=64, columns=128)  # of which nobody knows how many cells paths will find
+CITY = QTable(cells=1024, rows=64, columns=128)  # the number of cells that paths find is unknown beforehand
 
 
 @pytest.mark.parametrize(("share", "fits"), [(0.9 * needs.GUESSED, False), (1.1 * needs.GUESSED, True)])
@@ -108,7 +108,7 @@ def test_surfaces_are_looked_at_once_and_only_where_it_matters(monkeypatch):
     monkeypatch.setattr(cell_count, "_on_surfaces", lambda *given: looks.append(1) or on_surfaces(*given))
     light, heavy = Render(spp=2, guide=QTable()), Render(spp=100, guide=CITY)
     needs.require(scene, light, MACHINE)
-    assert not looks  # whatever is found, it fits
+    assert not looks  # it fits with any number of cells
     free = needs.needs(scene, heavy, MACHINE).total
     monkeypatch.setattr(needs, "available", lambda: free)
     for _ in range(3):

@@ -1,4 +1,4 @@
-"""Files of arrays that somebody made to do harm: each is refused in one line, before it has cost memory or time."""
+"""Hostile files of arrays: each is refused in one line, before it costs memory or time."""
 
 import io
 import resource
@@ -17,7 +17,7 @@ SHAPE = (1000, 1000)  # of float32: 4 MB
 
 
 def member(shape: tuple = SHAPE, dtype: str = "<f4", content: bytes | None = None) -> bytes:
-    """What an array is in a file; zeros unless there is content."""
+    """The bytes of an array in a file; zeros if no content is given."""
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": dtype, "fortran_order": False, "shape": shape})
     return header.getvalue() + (content if content is not None else bytes(4 * SHAPE[0] * SHAPE[1]))
@@ -31,7 +31,7 @@ def pack(path: Path, packing: int = zipfile.ZIP_DEFLATED, **members: bytes) -> b
 
 
 def claimed(data: bytearray, size: int) -> bytearray:
-    """The same file, whose list of members says that the first one has another size when it is unpacked."""
+    """The same file, but its directory gives the first member another unpacked size."""
     at = data.index(b"PK\x01\x02") + 24
     data[at : at + 4] = size.to_bytes(4, "little")
     return data
@@ -52,7 +52,7 @@ def refusal(path: Path) -> str:
 
 
 def overlapping(path: Path) -> None:
-    """Two members that are the same bytes of the file."""
+    """Two members on the same bytes of the file."""
     data = pack(path, x=member(), y=member())
     second = data.rindex(b"PK\x01\x02")
     data[second + 42 : second + 46] = bytes(4)
@@ -67,7 +67,7 @@ def encrypted(path: Path) -> None:
 
 
 def too_many(path: Path) -> None:
-    """A list of members of 20 MB, by names of the greatest length."""
+    """A directory of 20 MB: its names have the greatest length."""
     with zipfile.ZipFile(path, "w") as file:
         for k in range(320):
             file.writestr(f"{k:05}" * 12_500, b"")
@@ -113,7 +113,7 @@ def test_members_that_overlap_are_refused_or_read_once(tmp_path):
     try:
         assert not read(tmp_path / "x.npz").any()
     except InputError as error:
-        assert "\n" not in str(error)  # noqa: PT017  # newer versions of zipfile find it
+        assert "\n" not in str(error)  # noqa: PT017  # newer versions of zipfile refuse it
 
 
 def test_of_two_members_of_a_name_one_is_read_whole(tmp_path):
@@ -153,7 +153,7 @@ def test_no_memory_is_told_in_a_line(tmp_path, monkeypatch):
 
 
 def test_arrays_by_columns_become_arrays_by_rows(tmp_path):
-    """Kernels are compiled for these, and Embree reads them where they are."""
+    """Kernels are compiled for such arrays, and Embree reads them in place."""
     there = np.asfortranarray(np.arange(12, dtype=np.float32).reshape(3, 4))
     np.savez(tmp_path / "x.npz", x=there)
     found = read(tmp_path / "x.npz")

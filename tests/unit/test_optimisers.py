@@ -1,4 +1,4 @@
-"""Our optimisers and schedules against torch's own."""
+"""Our optimisers and schedules equal those of torch."""
 
 import pytest
 import torch

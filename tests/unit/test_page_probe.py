@@ -1,4 +1,4 @@
-"""What is learnt, in the report: shown beside the truth where both are of one point, and left out by name where not."""
+"""What was learnt, in the report: beside the truth if both are of one point, else left out, with a line that names it."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from tests.unit.test_report import make_experiment
 
 
 def add_probe(folder: Path, pixels: dict[str, tuple[int, int]], nee: tuple[str, ...] = ()) -> None:
-    """A truth at pixel (3, 4) of c1, twice as bright towards +x; what methods have learnt, of their pixels: 1 from everywhere."""
+    """Write a truth at pixel (3, 4) of c1, twice as bright towards +x, and for each method a constant 1 as learnt at its pixel."""
     truth = {
         "scene_key": "ab" * 32, "pixel": (3, 4), "max_bounces": -1, "spp": 128, "position": (0.5, -1, 0), "normal": (0, 0, 1),
         "right": (1, 0, 0), "up": (0, 1, 0), "patches": (2, 4), "radiance": [2, 1, 1, 2, 2, 1, 1, 2],

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.experiments import inspection, probe, truth
 from blender_rl_guiding.render import render
@@ -14,7 +15,7 @@ from blender_rl_guiding.report.discs import averaged
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Film
 from blender_rl_guiding.settings import DQN, Machine, QTable, Render
-from tests import mutations, scenes
+from tests import scenes
 from tests.significance import assert_means
 
 MACHINE = Machine(batch=4096)

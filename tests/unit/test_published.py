@@ -1,4 +1,4 @@
-"""The published numbers are those of the slides, and ours are judged by them as they should be."""
+"""The published numbers are those of the slides, and our numbers are judged by them correctly."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ from blender_rl_guiding.report.writing import write
 from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment
 
-# As the slides' final table prints it.
+# The slides' final table, as printed.
 TABLE = """
 C1 0.41189 0.32089 0.31474 0.30777
 C2 0.12705 0.10882 0.10823 0.10827

@@ -1,4 +1,4 @@
-"""A reference that is kept is what was rendered, of just this scene and these settings, or it is rendered again, and a line says why."""
+"""A cached reference is the rendered one, of this scene and these settings; otherwise it is rendered again, and a line says why."""
 
 import os
 from collections.abc import Callable
@@ -10,20 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding import cache, notices
 from blender_rl_guiding.experiments import references
 from blender_rl_guiding.experiments.references import BLOCK
 from blender_rl_guiding.images import read_exr, sha256, write_exr
 from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.settings import Machine, Render
-from tests import mutations, scenes
+from tests import scenes
 
 SCENE, OTHER = scenes.white_cube(8), replace(scenes.white_cube(8), bounces=scenes.bounces(3))
 MACHINE = Machine()
 
 
 class Tracer:
-    """Renders noise that is another for each scene, settings and version of the program."""
+    """Renders noise that depends on the scene, the settings and the version of the program."""
 
     def __init__(self) -> None:
         self.rendered: list[int] = []  # samples of each render
@@ -84,11 +85,11 @@ def test_damage_never_changes_a_pixel(tracer: Tracer, told: list[str], tmp_path:
         again += BLOCK in tracer.rendered[rendered:]
         assert len(told) - lines == (BLOCK in tracer.rendered[rendered:])
         np.testing.assert_array_equal(read_exr(path)[0], right)
-    assert again > 150  # bits of the file's form, such as the aspect of its pixels, change nothing
+    assert again > 150  # some bits of the file have no effect, such as the pixel aspect
 
 
 def test_a_block_of_something_else_is_not_taken(tracer: Tracer, told: list[str], tmp_path: Path):
-    """Neither another scene's, nor another block, nor one of shorter paths: each is whole, and in the others' place."""
+    """A whole block in the place of another, of another scene or of shorter paths, is not taken."""
     wanted: list[dict[str, Any]] = [{"blocks": 2}, {"scene": OTHER}, {"max_bounces": 2}]
     right = [reference(**what) for what in wanted]
     kept = files(tmp_path)
@@ -126,7 +127,7 @@ def test_pixels_that_cannot_be_are_not_taken_whatever_their_checksum(forgery: st
 
 @pytest.mark.parametrize("lost", ["scene_key", "settings", "sha256"])
 def test_what_says_less_is_not_taken(lost: str, tracer: Tracer, told: list[str], tmp_path: Path):
-    """Such as the blocks of earlier versions of the program, which did not say how they were made."""
+    """Blocks of earlier versions of the program did not record how they were made."""
     right = reference()
     (path,) = files(tmp_path)
     image, header = read_exr(path)
@@ -160,7 +161,7 @@ def test_without_a_cache_references_are_rendered_all_the_same(
 ):
     right = reference()
     (path,) = files(tmp_path)
-    (tmp_path / "cache").chmod(0o777)  # which is not ours to close
+    (tmp_path / "cache").chmod(0o777)  # we must not change its permissions
     write_exr(path, np.zeros_like(right), {})
     for _ in range(2):
         np.testing.assert_array_equal(reference(), right)

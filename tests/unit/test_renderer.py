@@ -1,4 +1,4 @@
-"""When a render ends: after its samples, its time, or where the noise is low enough; and never with what is not a number."""
+"""A render ends after its samples, after its time, or when its noise is low enough. Its pixels are finite."""
 
 import itertools
 from dataclasses import replace
@@ -11,8 +11,8 @@ from blender_rl_guiding.guiding.base import OnStep, Transitions
 from blender_rl_guiding.guiding.directions import Directions, one_cell
 from blender_rl_guiding.guiding.dqn import DQNGuide
 from blender_rl_guiding.render import Result, render, renderer
+from blender_rl_guiding.render.noise import LEAST_SAMPLES
 from blender_rl_guiding.render.passes import PassTracer
-from blender_rl_guiding.render.renderer import LEAST_SAMPLES
 from blender_rl_guiding.scene.description import Closure, Instruction, Node, Shader
 from blender_rl_guiding.scene.faults import find_fault
 from blender_rl_guiding.settings import DQN, Guide, Machine, Render
@@ -23,7 +23,7 @@ SMALL = DQN(layers=1, rows=2, columns=3, learning_starts=64, batch=64, first_ste
 
 
 def samples_after(scene, settings: Render) -> tuple[Result, list[float]]:
-    """A render, and the samples after each of its passes as its caller was told."""
+    """(result, samples after each pass, as told to the caller)."""
     told = []
     result = render(scene, settings, MACHINE, lambda state: told.append(state.film.samples))
     assert told == [entry["samples"] for entry in result.curve]
@@ -46,7 +46,7 @@ def test_long_passes_still_end_at_powers_of_two(monkeypatch):
 
 
 class Clock:
-    """Stands in for the module `time`; moves only when it is told to."""
+    """Stands in for the module `time`. Only `sleep` moves it."""
 
     def __init__(self) -> None:
         self.now = 1000.0
@@ -120,7 +120,7 @@ def test_a_time_limit_ends_the_render_after_a_pass():
 
 
 def half_noisy(size: int = 16):
-    """A wall of which the left half glows evenly and the right half is lit by a screen behind the camera."""
+    """A wall. Its left half glows evenly; a screen behind the camera lights its right half."""
     b = scenes.Builder()
     b.quad((-9, 1, -9), (0, 1, -9), (0, 1, 9), (-9, 1, 9), scenes.material("even", emission=(1.0, 1.0, 1.0)))
     b.quad((0, 1, -9), (9, 1, -9), (9, 1, 9), (0, 1, 9), scenes.material("grey", (0.5, 0.5, 0.5)))
@@ -131,13 +131,13 @@ def half_noisy(size: int = 16):
 def test_only_noisy_pixels_are_sampled_on():
     result, _ = samples_after(half_noisy(), Render(spp=64, nee=False, noise=0.01))
     counts = result.film.counts
-    assert (counts[:, :6] == LEAST_SAMPLES).all()  # beyond a noisy pixel's neighbours
+    assert (counts[:, :6] == LEAST_SAMPLES).all()  # no neighbours of noisy pixels
     assert (counts[:, 9:] == 64).all()
     assert result.finished
 
 
 def test_a_pixel_is_sampled_until_it_is_quiet():
-    """And its samples are the first ones of a render that takes them all."""
+    """Its samples are the first ones of a render without a noise limit."""
     settings, seen = Render(spp=4096, nee=False, noise=0.05), []
     result = render(half_noisy(8), settings, MACHINE, lambda state: seen.append((state.film.noise(), state.film.counts.copy())))
     assert LEAST_SAMPLES < result.film.samples < settings.spp
@@ -159,7 +159,7 @@ def test_a_threshold_that_all_pixels_meet_ends_the_render():
 @pytest.mark.parametrize("guide", [Render().guide, SMALL], ids=lambda guide: guide.kind)
 @pytest.mark.parametrize("gain", [1.0, 100.0])
 def test_what_is_not_a_number_is_refused_by_pixel(gain, guide):
-    """A light in two pixels behind a sheet that multiplies it beyond what single precision holds."""
+    """Two pixels see a light through a sheet that multiplies it beyond single precision."""
     b = scenes.Builder()
     b.quad((-0.9, 1, -0.3), (-0.6, 1, -0.3), (-0.6, 1, -0.1), (-0.9, 1, -0.1), scenes.material("sun", emission=(1e37, 1e37, 1e37)))
     b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", gain),)))
@@ -185,7 +185,7 @@ PLAIN = {
 
 
 def test_attributes_of_no_object():
-    """As where the only object that asked for them could not be read."""
+    """The exporter leaves such a scene if it cannot read the only object with attributes."""
     bump = Instruction("bump", (Node(0), 1.0, 1.0, Node(1)), options=(0,))
     shader = Shader("bumpy", (Instruction("attribute", options=(0,)), Instruction("normal"), bump), ())
     rows = np.zeros((1, 0), np.int64)

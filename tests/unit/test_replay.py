@@ -16,7 +16,7 @@ def numbered(first: int, count: int) -> Transitions:
 
 
 def held(memory: ReplayMemory) -> list[int]:
-    """The numbers of all that is remembered, after a check that fields did not get apart."""
+    """The numbers of all remembered transitions. Their fields still agree."""
     drawn = memory.sample(len(memory), np.random.default_rng(0))
     for array in drawn:
         np.testing.assert_array_equal(array.reshape(len(memory), -1)[:, 0], drawn.reward)

@@ -10,20 +10,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.reliability import mutations
 from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.experiments.probe import rounded
-from blender_rl_guiding.experiments.runs import Frame, finished_frame, finished_run, save_run
+from blender_rl_guiding.experiments.runs import Frame, Judge, Task, finished_frame, finished_run, save_run
 from blender_rl_guiding.images import write_exr
 from blender_rl_guiding.images.metrics import LARGEST, compare, relmse
 from blender_rl_guiding.render import Result, render
 from blender_rl_guiding.report import result_file
 from blender_rl_guiding.settings import Machine, QTable, Render
-from tests import mutations, scenes
+from tests import scenes
 
 SCENE, OTHER = scenes.tiny(8), scenes.tiny(9)
 SETTINGS = Render(spp=2, passes=True, denoise=True, guide=QTable(rows=2, columns=4))
 FRAME = Frame(3, "source")
 PROBE = {"pixel": (1, 2), "rows": 2, "columns": 2, "q": [0.0, 1.5, 1e-30, 3.0]}
+
+
+def judged(folder: Path) -> Task:
+    return Task(folder, SCENE, SETTINGS, judge=Judge(np.zeros(0), "judge"))
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +41,8 @@ def saved(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a run and a frame of an animation."""
     folder = tmp_path_factory.mktemp("saved")
     metrics = {"mape": 0.1, "relmse": 1e-9}
-    save_run(folder, SCENE, "qtable", SETTINGS, Machine(), result, metrics, PROBE, "judge")
-    save_run(folder, SCENE, "qtable", SETTINGS, Machine(), result, None, frame=FRAME)
+    save_run(judged(folder), Machine(), result, metrics, PROBE)
+    save_run(Task(folder, SCENE, SETTINGS, frame=FRAME), Machine(), result)
     return folder
 
 
@@ -179,7 +184,7 @@ def test_whatever_is_written_of_a_firefly_is_read_again(value: float, folder: Pa
     learnt = PROBE | {"q": rounded(np.float32([value, -value, 0, 1]))}
     measured = compare(image, truth)
     result.curve[-1] |= {"relmse": relmse(image, truth)}
-    save_run(folder, SCENE, "qtable", SETTINGS, Machine(), result, measured, learnt, "judge")
+    save_run(judged(folder), Machine(), result, measured, learnt)
     record = finished_run(folder, SCENE, SETTINGS)
     assert record
     assert record.metrics == measured

@@ -1,4 +1,4 @@
-"""Vectors, table look-up and tangent frames by hand-computed numbers; warps and streams are in tests/statistical."""
+"""Vectors, table look-up and tangent frames equal numbers computed by hand. For warps and streams see tests/statistical."""
 
 import numpy as np
 import pytest
@@ -79,7 +79,7 @@ def test_pick_is_numpys_search(cdf):
 
 
 def frame(normals: np.ndarray) -> np.ndarray:
-    """Tangent, bitangent and normal of each of (n, 3) normals: (n, 3, 3)."""
+    """(tangent, bitangent, normal) for each of n normals: (n, 3, 3)."""
     normals = np.ascontiguousarray(normals, np.float32)
     tangents, bitangents = np.empty_like(normals), np.empty_like(normals)
     frames(normals, tangents, bitangents)

@@ -1,4 +1,4 @@
-"""Scene bundles: what is written is read again, and the key follows what the image depends on."""
+"""Scene bundles: reading returns what was written, and the key depends on what the image depends on."""
 
 import io
 import pickle
@@ -45,7 +45,7 @@ def test_a_scene_sent_to_another_process_is_as_it_was(scene):
 
 
 def assert_same_array(a: np.ndarray, b: np.ndarray) -> None:
-    """Equal to the bit, of one type, and read-only."""
+    """Equal bits, equal types, and read-only."""
     np.testing.assert_array_equal(a, b)
     assert a.dtype == b.dtype
     assert not a.flags.writeable
@@ -64,7 +64,7 @@ def test_key_ignores_names_and_coverage(scene):
 
 
 def nudged(scene: SceneData, name: str) -> dict[str, np.ndarray]:
-    """The last number of an array, a little greater."""
+    """For `replace`: the array with another last number, as near as possible."""
     array = getattr(scene, name)
     index = tuple(np.array(array.shape) - 1)
     return {name: changed(array, index, np.nextafter(array[index], np.float32(9)) if array.dtype == np.float32 else array[index] ^ 1)}

@@ -1,4 +1,4 @@
-"""Bundles that are damaged, or that no image can be made of, are refused in one line that names the file and what is wrong."""
+"""Damaged bundles, and those that cannot be rendered, are refused in one line with the file and the fault."""
 
 import json
 import zipfile
@@ -38,7 +38,7 @@ def test_truncated_bundles_are_refused(scene, tmp_path):
 
 
 def test_changed_bytes_are_refused_or_harmless(scene, tmp_path):
-    """The checksums of the zip find damage within arrays; what is left is the directory's padding and dates."""
+    """The checksums of the zip find damage in arrays. Only padding and dates of the directory may change unseen."""
     save(scene, tmp_path / "whole.npz")
     data, path, rng = (tmp_path / "whole.npz").read_bytes(), tmp_path / "bad.npz", np.random.default_rng(1)
     for at in rng.integers(len(data), size=300):
@@ -67,7 +67,7 @@ def test_missing_files_and_folders_are_named(tmp_path):
 
 
 class Attack:
-    """Runs code where it is unpickled."""
+    """An object that runs code when it is unpickled."""
 
     def __init__(self, witness: Path) -> None:
         self.witness = witness
@@ -110,7 +110,7 @@ def test_bad_json_is_refused(scene, tmp_path, text):
 
 
 def altered(part: str, index: int | None = None, **values: Any) -> Any:
-    """The header's part (or one of its entries) with other values; those that are None are left out."""
+    """A part of the header, or one entry of it, with other values. None leaves one out."""
     header = json.loads(json.dumps(whole().header()))
     entry = header[part] if index is None else header[part][index]
     entry.update(values)
@@ -181,13 +181,13 @@ def camera(s: SceneData, **values: Any) -> dict[str, Any]:
 
 
 def texture(s: SceneData, index: tuple[int, int, int], value: float) -> dict[str, Any]:
-    """The texture of floats has another value."""
+    """For `replace`: another value in the texture of floats."""
     codes, light = s.textures
     return {"textures": (codes, replace(light, texels=changed(light.texels, index, value)))}
 
 
 def unlit(s: SceneData) -> dict[str, Any]:
-    """No lamp, and nothing that emits."""
+    """For `replace`: no lamp, and no shader that emits."""
     dark = tuple(replace(part, closures=tuple(c for c in part.closures if not emits(c))) for part in s.shaders)
     return {"shaders": dark, "world": Shader(""), "lamps": ()}
 
@@ -268,21 +268,21 @@ OLD_NAMES = {
 @pytest.mark.parametrize("name", OLD_NAMES, ids=ascii)
 def test_a_bundle_of_an_earlier_version_loads_under_a_name_that_fits(scene, tmp_path, name):
     old = replace(scene, name=name)
-    assert f"the name {name!r} " in find_fault(old)  # nobody writes it any more
+    assert f"the name {name!r} " in find_fault(old)  # the program no longer writes it
     save(old, tmp_path / "old.npz")
     found = load(tmp_path / "old.npz")
     assert (found.name, found.key) == (OLD_NAMES[name], scene.key)
 
 
 def test_faults_far_into_an_array_are_found(scene):
-    """Numbers are looked at in blocks."""
+    """The check goes through numbers in blocks."""
     texels = np.ones((300, 300, 4), np.float32)
     texels[299, 298, 2] = np.nan
     assert "texture 'large' has nan at (299, 298, 2)" in find_fault(replace(scene, textures=(Texture("large", False, texels),)))
 
 
 def test_triangles_without_area_are_found_where_single_precision_rounds():
-    """On a line through the origin, the ends of whose edges differ by numbers that have no single precision."""
+    """A triangle on a line through the origin. The differences of its corners do not fit single precision."""
     p, q = np.float32(1 + 2**-23), np.float32(1 + 5 * 2**-23)
     line = np.array([(-p, -q, 0), (2 * p, 2 * q, 0), (0, 0, 0), (0, 0, 1)], np.float32)
     assert without_area(line, np.array([(0, 1, 2), (0, 1, 3)], np.int32)).tolist() == [True, False]

@@ -1,4 +1,4 @@
-"""Settings refuse what they cannot be, in one line that names it, whichever way it comes in."""
+"""Settings refuse a wrong value in one line that names it, from all sources."""
 
 import dataclasses
 import json
@@ -29,7 +29,7 @@ NAMES = [f"{config.kind}.{entry.name}" for config, entry in ENTRIES]
 
 
 def wrong_values(entry: Entry) -> list[Any]:
-    """Values that the entry must refuse, by type and by limit."""
+    """Values of a wrong type and beyond the limits: the entry must refuse each."""
     if entry.variants:
         return ["nothing", None, Machine(), 3]
     if entry.choices:
@@ -129,7 +129,7 @@ def test_json_that_names_no_variant_is_refused(guide: Any):
 
 
 def variants(config: type[Settings]) -> Iterator[Settings]:
-    """The class with each of its variants chosen in turn, and theirs."""
+    """The class with each of its variants, and each of their variants."""
     yield config()
     for entry in entries(config):
         for variant in entry.variants.values():

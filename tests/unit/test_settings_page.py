@@ -1,4 +1,4 @@
-"""docs/settings.md is what the settings say today."""
+"""docs/settings.md is the page made from today's settings."""
 
 from pathlib import Path
 

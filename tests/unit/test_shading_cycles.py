@@ -1,4 +1,4 @@
-"""Every op against the node that it stands for, as Cycles renders it, at random inputs and at the edges of definition."""
+"""Every op equals its node in Cycles, at random inputs and where its definition changes."""
 
 import json
 import subprocess
@@ -33,7 +33,7 @@ NAME = dict(zip(NODES, NAMES, strict=True))
 
 @dataclass(frozen=True)
 class Case:
-    """A node in Blender's words and in ours."""
+    """A node of Blender, and the instruction that stands for it."""
 
     name: str
     node: str
@@ -42,7 +42,7 @@ class Case:
     output: str
     code: tuple[Instruction, ...]
     close: float = 2e-5  # absolute and relative
-    beside: str = ""  # another output that is in use
+    beside: str = ""  # another output in use
 
     def for_blender(self) -> dict[str, Any]:
         inputs = {key: NAME[v] if isinstance(v, Node) else v for key, v in self.inputs.items()}
@@ -53,7 +53,7 @@ class Case:
 def one(
     node: str, op: str, inputs: dict[str, Value], output: str, mode: str = "", options: tuple[int, ...] = (), /, **settings: Any
 ) -> Case:
-    """A node that is one instruction with the same inputs in the same order."""
+    """A node that becomes one instruction with the same inputs in the same order."""
     name = f"{node} {mode} {options} {' '.join(str(v) for v in settings.values() if not str(v).startswith('/'))}"
     return Case(name, node, settings, inputs, output, (Instruction(op, tuple(inputs.values()), mode, options),))
 
@@ -120,7 +120,7 @@ def color_cases() -> Iterable[Case]:
 
 
 def in_axes(step: int) -> Instruction:
-    """The value of a step, from the space of the object."""
+    """A step's value, moved from object space to world space."""
     return Instruction("transform", (Node(step),), options=(0, 1, 2))
 
 
@@ -145,7 +145,7 @@ def tilt_cases() -> Iterable[Case]:
         height = (Instruction("position"), Instruction("average", (Node(NEXT),)))
         code = (*height, Instruction("bump", (Node(NEXT + 1), Y, X, N), options=(invert,)))
         inputs = {"Height": "position", "Strength": Y, "Distance": X, "Normal": N}
-        # Cycles' step is a tenth of a pixel at a position of a hundred: a slope is exact to 1e-4.
+        # Cycles' step is a tenth of a pixel, at positions near 100: a slope is exact to 1e-4.
         yield Case(f"bump {invert}", "Bump", {"invert": bool(invert)}, inputs, "Normal", code, 2e-3)
 
 
@@ -164,7 +164,7 @@ def procedural_cases() -> Iterable[Case]:
             code = (Instruction("noise", (place, 3.3, 0.6, 2.1, distortion), "COLOR", (dimensions, normalize)),)
             settings = {"noise_dimensions": f"{dimensions}D", "normalize": bool(normalize)}
             inputs = {key: place, "Scale": 1.0, "Detail": 3.3, "Roughness": 0.6, "Lacunarity": 2.1, "Distortion": distortion}
-            # A distortion looks up noise 100 to 200 units away, where single precision is coarser.
+            # Distortion reads noise 100 to 200 units away, where single precision is coarser.
             yield Case(f"noise {dimensions}D {distortion}", "TexNoise", settings, inputs, "Color", code, 1e-3 if distortion else 2e-5)
 
 
@@ -177,7 +177,7 @@ def image_cases(files: list[Path]) -> Iterable[Case]:
             yield one("TexImage", "image", {"Vector": U}, "Color", "", options, **settings)
     yield one("TexImage", "image", {"Vector": U}, "Color", "", (1, 0, 0, int(ops.Alpha.PREMULTIPLIED)), image=clear)
     straight = one("TexImage", "image", {"Vector": U}, "Color", "", (1, 0, 0, int(ops.Alpha.STRAIGHT)), image=clear)
-    yield replace(straight, beside="Alpha", close=2e-4)  # a code of little alpha says little of its colour
+    yield replace(straight, beside="Alpha", close=2e-4)  # with a small alpha, the code of a colour is coarse
     yield one("TexImage", "image_alpha", {"Vector": U}, "Alpha", "", (1, 0, 0), image=clear)
     yield one("TexImage", "image", {"Vector": U}, "Color", "", (2, 0, 0, int(ops.Alpha.PREMULTIPLIED)), image=floats)
     for projection in (ops.Projection.EQUIRECTANGULAR, ops.Projection.MIRROR_BALL):
@@ -189,9 +189,9 @@ def image_cases(files: list[Path]) -> Iterable[Case]:
 
 
 def attributes() -> dict[str, np.ndarray]:
-    """A value of each attribute for each column; in the first eight columns but of u they are equal, whole, zero or negative.
+    """The values of each attribute, one for each column. The first eight columns, except of u, have equal, whole, zero or negative ones.
 
-    Numbers have few bits, because Cycles takes the mean of three of them, which must be exact to hash to the same.
+    Numbers have few bits: Cycles takes the mean of three of them, which must be exact, so that it hashes to the same.
     """
     rng = np.random.default_rng(5)
     values = {name: rng.integers(-2500, 2500, (COLUMNS, 3) if len(name) == 1 else COLUMNS) / 1024 for name in NAMES}
@@ -221,7 +221,7 @@ def textures(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], tupl
 
 
 def of_cycles(cases: list[Case], values: dict[str, np.ndarray], folder: Path) -> np.ndarray:
-    """What the nodes of all cases give for each column, (cases, COLUMNS, 3)."""
+    """Cycles' values of all cases: (cases, COLUMNS, 3)."""
     listed, given, result = folder / "cases.json", folder / "attributes.npz", folder / "result.npy"
     listed.write_text(json.dumps([case.for_blender() for case in cases]))
     np.savez(given, **values)
@@ -230,7 +230,7 @@ def of_cycles(cases: list[Case], values: dict[str, np.ndarray], folder: Path) ->
 
 
 def of_ours(cases: list[Case], values: dict[str, np.ndarray], textures: tuple[Texture, ...]) -> np.ndarray:
-    """What our instructions give, in the same shape."""
+    """Our values, in the same shape."""
     corners = np.tile(np.float32(((0, 0, 0), (1, 0, 0), (0, 1, 0))), (COLUMNS, 1, 1))
     given = tuple(np.broadcast_to(v.reshape(COLUMNS, 1, -1), (COLUMNS, 3, 3)) for v in values.values())
     given += tuple(np.broadcast_to(v, (COLUMNS, 3, 3)) for v in (np.float32((1, 0, 0)), np.float32(1), np.float32((0, 0, 1))))

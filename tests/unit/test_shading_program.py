@@ -1,4 +1,4 @@
-"""How shaders become arrays: folding, idle steps, registers, bumps, and what is refused."""
+"""Shaders become arrays: folding, idle steps, registers, bumps, refusals."""
 
 from dataclasses import replace
 
@@ -22,19 +22,19 @@ ADD = "ADD"
 
 
 def steps(*code: Instruction, **parts: object) -> list[str]:
-    """The ops that are left of a shader."""
+    """The ops of a compiled shader."""
     shading = compile_shaders(shaded.scene((shaded.shader(*code),), TRIANGLE[None], **parts))
     return [Code(row[0]).name.lower() for row in shading.code]
 
 
 def color(*code: Instruction, corners: np.ndarray = TRIANGLE, uv: tuple[float, float] = (0.25, 0.5), **parts: object) -> np.ndarray:
-    """What a shader gives at one point."""
+    """The colour of a shader at one point."""
     shading = compile_shaders(shaded.scene((shaded.shader(*code),), corners[None], **parts))
     return shaded.colors(shading, 0, corners[None], np.array([uv]))[0]
 
 
 def chain(length: int) -> tuple[Instruction, ...]:
-    """Steps that each double the one before."""
+    """Steps; each doubles the one before."""
     return (Instruction("position"), *(Instruction("vector_math", (Node(k), Node(k), 0.0, 0.0), ADD) for k in range(length)))
 
 
@@ -86,7 +86,7 @@ def test_too_many_values_at_once_are_refused():
 
 
 def test_what_closures_are_read_into_overwrites_no_value():
-    """The inputs of the first closure go where the values of a shader that kept all registers would still be waiting."""
+    """Code uses CODE_REGISTERS; a closure's inputs are read into the others. They must not overwrite values of later closures."""
 
     def greedy(count: int) -> SceneData:
         code = tuple(Instruction("attribute", options=(0,)) for _ in range(count))
@@ -110,7 +110,7 @@ def test_closures_have_their_inputs_in_order():
 
 
 def kinds(**inputs: object) -> list[str]:
-    """What a Principled BSDF becomes."""
+    """The closures of a Principled BSDF."""
     shading = compile_shaders(
         shaded.scene((Shader("", (Instruction("position"),), (Closure("principled", 0.5, inputs),)),), TRIANGLE[None])
     )
@@ -155,7 +155,7 @@ def test_steps_that_cannot_be_run_are_refused(step: Instruction, message: str):
 
 # --- bumps -----------------------------------------------------------------------------------------------------------
 
-SLOPED = np.float32(((1, 0, 3), (3, 0.5, 3), (0, 2.5, 3)))  # in a plane of constant z, as the shading normal of the tests is +z
+SLOPED = np.float32(((1, 0, 3), (3, 0.5, 3), (0, 2.5, 3)))  # at constant z, because the shading normal is +z
 
 MIDDLE = np.array((0.25, 0.25, 0.5)) @ SLOPED  # the point where `color` looks
 

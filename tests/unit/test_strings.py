@@ -1,4 +1,4 @@
-"""Text that others chose: no terminal obeys it, and no path that is made of it leads elsewhere."""
+"""Text from others: no terminal obeys it, and no path made of it leads elsewhere."""
 
 import unicodedata
 from pathlib import Path
@@ -7,6 +7,7 @@ import pytest
 
 from blender_rl_guiding.errors import InputError, atomic
 from blender_rl_guiding.experiments.progress import Terminal
+from blender_rl_guiding.notices import tell
 from blender_rl_guiding.strings import LONGEST, fault_of_name, fault_of_old_name, fit, printable, say
 
 BAD = [
@@ -34,7 +35,7 @@ def test_of_names_from_before_only_those_are_refused_that_lead_out_or_cannot_be_
 
 
 def test_what_is_written_goes_through_no_link(tmp_path: Path):
-    """Temporary names can be guessed, and final ones are known."""
+    """Others can guess temporary names, and know final ones."""
     (tmp_path / "kept").write_text("kept")
     with atomic(tmp_path / "a.txt") as temporary:
         temporary.touch()
@@ -62,7 +63,7 @@ def test_what_is_printed_is_one_line_that_a_terminal_cannot_but_show(capsys: pyt
     assert str(InputError("\x1b[2J")) == r"\x1b[2J"
     say("\x1b[2J\n")
     with Terminal() as progress, progress.bar("\x1b[red]:smile:", 1):
-        progress.note("[red]\x1b:smile:\n")
+        tell("[red]\x1b:smile:\n")
     said = capsys.readouterr()
     assert said.out == "\\x1b[2J\\n\n"
     assert said.err == "[red]\\x1b:smile:\\n\n"

@@ -1,4 +1,4 @@
-"""Reading values of annotated types from JSON that anyone may have written."""
+"""Values of annotated types are read from JSON of unknown origin."""
 
 import json
 import math
@@ -69,7 +69,7 @@ def test_bad_values_are_named(field, value):
     with pytest.raises(MalformedError, match=rf"^whole\.{field}") as info:
         read(Whole, GOOD | {field: value}, "whole")
     assert "\n" not in str(info.value)
-    str(info.value).encode()  # so that it can be printed
+    str(info.value).encode()  # it can be printed
 
 
 def test_strict_and_loose():

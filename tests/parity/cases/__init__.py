@@ -1,6 +1,6 @@
-"""The cases of the parity suite: small functions, each of which builds a scene that shows one feature.
+"""The cases of the parity suite: each is a small function that builds a scene to show one feature.
 
-Listing them needs no Blender: they get everything from the `Stage` that they are called with.
+Listing them needs no Blender: a case gets all it needs from its argument, a `Stage`.
 """
 
 from . import (

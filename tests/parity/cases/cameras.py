@@ -1,4 +1,4 @@
-"""Cameras and films: where every pixel looks. The things glow, each in its own colour, so that nothing but edges makes noise."""
+"""Cameras and films: the direction of every pixel. Each object emits its own colour, so only edges have noise."""
 
 from __future__ import annotations
 

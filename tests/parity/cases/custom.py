@@ -1,4 +1,4 @@
-"""Attributes that are the same all over an object: of instances, of objects, of the view layer."""
+"""Attributes with one value for a whole object: those of instances, objects and the view layer."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Geometry:
-    """A modifier of geometry nodes that is told what it consists of."""
+    """Builds a modifier of geometry nodes."""
 
     def __init__(self, data: bpy.types.BlendData, thing: bpy.types.Object) -> None:
         self.tree = data.node_groups.new("Geometry", "GeometryNodeTree")
@@ -40,14 +40,14 @@ class Geometry:
         return self._link("InstanceOnPoints", Points=points, Instance=instance).outputs[0]
 
     def joined(self, *parts: Any) -> Any:
-        """All parts as one."""
+        """All parts, joined."""
         node = self._link("JoinGeometry")
         for part in parts:
             self.tree.links.new(part, node.inputs[0])
         return node.outputs[0]
 
     def stored(self, instances: Any, name: str, factor: float, kind: str = "FLOAT") -> Any:
-        """With an attribute of the instances: their index times a factor."""
+        """The instances with an attribute: index times a factor."""
         number = self.tree.nodes.new("ShaderNodeMath")
         number.operation, number.inputs[1].default_value = "MULTIPLY", factor
         self.tree.links.new(self._link("InputIndex").outputs[0], number.inputs[0])
@@ -57,12 +57,12 @@ class Geometry:
         return node.outputs[0]
 
     def end(self, geometry: Any) -> None:
-        """What the modifier makes."""
+        """Link the modifier's output."""
         self.tree.links.new(geometry, self._end.inputs[0])
 
 
 def shown(*names: str, kind: str = "INSTANCER", parts: tuple[str, ...] = ("Color",)) -> Any:
-    """Adds up these outputs of attributes, and a little, so that nothing is quite black."""
+    """Add up outputs of attributes, and a small constant, so that nothing is black."""
 
     def paint(nodes: Nodes) -> Any:
         value: Any = (0.05, 0.1, 0.15)
@@ -76,14 +76,14 @@ def shown(*names: str, kind: str = "INSTANCER", parts: tuple[str, ...] = ("Color
 
 
 def shrink(thing: bpy.types.Object) -> None:
-    """So that none of its instances overlap, which do not have its scale."""
+    """Shrink the mesh itself: instances do not take the object's scale, and must not overlap."""
     for vertex in thing.data.vertices:
         vertex.co *= 0.35
 
 
 @case(samples=CHART)
 def attributes_of_instances(s: Stage) -> None:
-    """Of two levels, the outer one of which has a mesh beside the instances."""
+    """Two levels of instances. The outer one also has a mesh."""
     floor, ball, box = s.chart(shown("inner", "outer", "both"))
     ball.location.z = -50.0
     shrink(box)
@@ -99,7 +99,7 @@ def attributes_of_instances(s: Stage) -> None:
 
 @case(samples=CHART)
 def attributes_of_instances_of_objects_with_instances(s: Stage) -> None:
-    """The objects that are placed on points have instances themselves, and lend what these lack."""
+    """Objects on points have instances themselves. These take the attributes that they lack from their object."""
     _, ball, box = s.chart(shown("inner", "outer", "lent"))
     ball.location.z = -50.0
     shrink(box)
@@ -115,7 +115,7 @@ def attributes_of_instances_of_objects_with_instances(s: Stage) -> None:
 
 @case(samples=CHART)
 def attributes_of_objects(s: Stage) -> None:
-    """Custom properties of object and data, and Blender's own by their path."""
+    """Custom properties of object and data, and properties of Blender by path."""
     _, ball, box = s.chart(shown("tint", "data", "location", "pass_index", "missing", kind="OBJECT", parts=("Color", "Fac", "Alpha")))
     ball["tint"], ball.data["data"], ball.pass_index = (0.1, 0.2, 0.3, 0.4), 0.2, 1
     box["tint"], box.data["tint"], box["data"] = 0.3, 5.0, (0.3, 0.1)

@@ -1,4 +1,4 @@
-"""Where the rules of shading show: objects of uneven scale, mirrored ones, near clips, narrow beams, terminators of coarse balls."""
+"""Edges of shading: uneven scale, mirrored objects, near clips, narrow beams, terminators of coarse balls."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ UNEVEN, MIRRORED = (1.4, 0.8, 0.5), (-1.2, 0.9, 0.6)
 
 
 def coarse_chart(s: Stage, scale: tuple[float, float, float], paint: Any) -> None:
-    """A flat box and a smooth ball, of few and large triangles, and a floor, that emit what `paint` computes."""
+    """A flat box, a smooth ball of few large triangles, and a floor. All emit the colour of `paint`."""
     material, nodes = s.nodes()
     nodes.surface(nodes.add("Emission", {"Color": paint(nodes)}))
     s.floor(material, scale=(scale[0], 1.0, 1.0))
@@ -40,7 +40,7 @@ def parametric_of_mirrored_objects(s: Stage) -> None:
 
 @case(samples=CHART)
 def ray_length(s: Stage) -> None:
-    """From the near clip on, through something transparent, and of the ray that a mirror reflects."""
+    """Ray length from the near clip on, through a transparent surface, and of a ray that a mirror reflects."""
 
     def paint(nodes: Nodes) -> Any:
         return nodes.add("VectorMath", {"Vector": (nodes.add("LightPath"), "Ray Length"), "Scale": 0.1}, operation="SCALE")
@@ -73,7 +73,7 @@ LAMPS = {
 
 @each(LAMPS)
 def terminator(s: Stage, lamp: tuple[str, float, dict[str, Any]]) -> None:
-    """A coarse smooth ball that light from the side grazes."""
+    """A coarse smooth ball in grazing light."""
     kind, power, attributes = lamp
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(s.diffuse((0.8, 0.35, 0.12)), at=(0.0, 0.0, 1.2), segments=8, rotation_euler=(0.3, 0.2, 0.1))
@@ -96,7 +96,7 @@ def terminator_of(s: Stage, shader: tuple[str, dict[str, Any]]) -> None:
 
 @case()
 def terminator_from_inside(s: Stage) -> None:
-    """The lower half of a smooth ball, seen and lit from inside."""
+    """The lower half of a smooth ball, seen and lit from the inside."""
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     bowl = s.ball(s.diffuse((0.8, 0.35, 0.12)), at=(0.0, 0.0, 1.2), segments=8)
     bowl.modifiers.new("Half", "MASK").vertex_group = bowl.vertex_groups.new(name="Lower").name

@@ -1,4 +1,4 @@
-"""Rounding of positions: scenes far from the origin, walls of a hair's width, things that almost touch."""
+"""Rounding of positions: scenes far from the origin, thin walls, objects that almost touch."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @each({"500_m": 500.0, "5_km": 5000.0, "100_km": 100000.0})
 def far(s: Stage, x: float) -> None:
-    """Glass, a box a millimetre above the floor, and a pattern of where things are in the world and of where they are in themselves."""
+    """Glass, a box 1 mm above the floor, and a pattern in world and object coordinates."""
     material, nodes = s.nodes()
     world = nodes.add("TexChecker", {"Vector": (nodes.add("NewGeometry"), "Position"), "Scale": 0.7})
     own = nodes.add("TexChecker", {"Vector": (nodes.add("TexCoord"), "Object"), "Scale": 2.3})
@@ -27,7 +27,7 @@ def far(s: Stage, x: float) -> None:
 
 @case()
 def thin_walls(s: Stage) -> None:
-    """A hollow ball of glass whose wall is 0.05 mm, 7 m away: a bubble, which a single surface would be a lens instead of."""
+    """A hollow ball of glass, 7 m away, with a wall of 0.05 mm: a bubble. With one surface lost, it would be a lens."""
     s.lights()
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     glass = s.material("BsdfGlass", {"IOR": 1.5})

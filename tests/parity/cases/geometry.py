@@ -1,4 +1,4 @@
-"""Where triangles come from, which way they face, and which rays see them."""
+"""Sources of triangles, the side that they face, and the rays that see them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def lit(s: Stage) -> None:
-    """A floor in light that shows shapes."""
+    """A floor, in light that shows shapes."""
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.lights()
 
@@ -37,7 +37,7 @@ def custom_normals(s: Stage, shader: tuple[str, dict[str, float]]) -> None:
 
 @case()
 def in_edit_mode(s: Stage) -> None:
-    """With modifiers that show there and not; beside a mesh without faces."""
+    """Modifiers that edit mode shows, one that it hides, and a mesh without faces."""
     lit(s)
     ball, box = s.ball(s.diffuse((0.8, 0.35, 0.12)), segments=8), s.box(s.diffuse((0.15, 0.35, 0.75)))
     ball.modifiers.new("Subdivision", "SUBSURF").show_in_editmode = False
@@ -83,7 +83,7 @@ def instances_on_vertices(s: Stage) -> None:
 
 @case()
 def many_instances(s: Stage) -> None:
-    """More triangles than are copied: instances, turned with the faces that they stand on, stretched, mirrored and smooth."""
+    """Instances with too many triangles for copies: turned with their faces, stretched, mirrored and smooth."""
     lit(s)
     ground = s.ball(
         None, at=(0.0, 0.0, 1.3), segments=16, instance_type="FACES", show_instancer_for_render=False, use_instance_faces_scale=True
@@ -158,7 +158,7 @@ SWITCHES = {kind: f"visible_{kind}" for kind in ("camera", "diffuse", "glossy", 
 
 @each(SWITCHES)
 def hidden_from(s: Stage, switch: str) -> None:
-    """A glowing ball between a diffuse floor, a mirror behind it, and a pane of frosted glass."""
+    """An emitting ball on a diffuse floor, between a mirror behind and a pane of frosted glass."""
     lit(s)
     s.floor(s.material("BsdfGlossy", {"Roughness": 0.0}), size=4.0, location=(0.0, 2.0, 1.0), rotation_euler=(1.5, 0.0, 0.2))
     s.box(s.material("BsdfRefraction", {"Roughness": 0.3, "IOR": 1.2}, distribution="GGX"), at=(0.9, -1.2, 0.7), scale=(0.8, 0.8, 0.8))
@@ -170,7 +170,7 @@ def hidden_from(s: Stage, switch: str) -> None:
 
 @each(SWITCHES)
 def emitter_hidden_from(s: Stage, switch: str) -> None:
-    """Nothing is translucent: there, Cycles asks for other kinds of rays where it samples an emitter than where a ray hits it."""
+    """Nothing is translucent: at such surfaces Cycles uses different kinds of rays for sampling an emitter and for hitting it."""
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(s.material("BsdfGlossy", {"Roughness": 0.2}))
     s.box(s.material("BsdfRefraction", {"Color": (0.6, 0.7, 0.8), "Roughness": 0.5, "IOR": 1.1}, distribution="GGX"))

@@ -1,4 +1,4 @@
-"""Where paths end, and what the film makes of them."""
+"""The ends of paths, and the film."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def corridor(s: Stage, shader: str, **inputs: float) -> None:
-    """Two bright walls that face each other, and a ball between them, under an open sky."""
+    """Two bright walls face each other under the sky, with a ball between them."""
     s.sky((0.5, 0.6, 0.8))
     s.lamp("AREA", (0.0, -1.0, 4.5), size=4.0)
     s.floor(s.diffuse((0.7, 0.7, 0.7)))

@@ -1,4 +1,4 @@
-"""Lamps whose nodes are more than a colour: what is constant, what falls off otherwise, what varies across the lamp."""
+"""Lamps with nodes: constants, other falloffs, and values that vary across the lamp."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def a_mixture(nodes: Nodes) -> Any:
 
 
 def a_surface(nodes: Nodes) -> Any:
-    """Of a Principled BSDF what it emits."""
+    """The emission of a Principled BSDF."""
     return nodes.add("BsdfPrincipled", {"Emission Color": GREEN, "Emission Strength": 1.5, "Alpha": 0.5})
 
 
@@ -67,7 +67,7 @@ def lamp_of_a_constant(s: Stage, shader: Callable[[Nodes], Any]) -> None:
         "point_linear": ("POINT", 50.0, "Linear", 0.0),
         "area_constant": ("AREA", 10.0, "Constant", 3.0),
         "spot_quadratic": ("SPOT", 900.0, "Quadratic", 4.0),
-        "sun_linear": ("SUN", 2.0, "Linear", 2.0),  # which has none
+        "sun_linear": ("SUN", 2.0, "Linear", 2.0),  # a sun has no falloff
     },
     samples=48,
 )
@@ -103,7 +103,7 @@ def spots_with_an_image(s: Stage) -> None:
 
 @each({"sphere": False, "soft": True}, samples=64, blind=True)
 def point_by_direction(s: Stage, soft: bool) -> None:
-    """What the nodes of a large lamp know of the point that shines."""
+    """The inputs of a large lamp's nodes: they know the point that shines."""
     s.set()
     thing, nodes = lamp(s, "POINT", (0.3, -1.5, 2.2), 60.0, shadow_soft_size=0.6, use_soft_falloff=soft)
     thing.visible_camera = True
@@ -116,7 +116,7 @@ def point_by_direction(s: Stage, soft: bool) -> None:
 
 @case(samples=64)
 def lamps_do_not_know_the_kind_of_a_ray(s: Stage) -> None:
-    """So that this one is seen by nothing, and shines at everything."""
+    """No ray sees this lamp, and it lights everything."""
     s.set()
     thing, nodes = lamp(s, "POINT", (0.3, -1.5, 2.2), 60.0, shadow_soft_size=0.4)
     thing.visible_camera = True

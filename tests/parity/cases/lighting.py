@@ -148,7 +148,7 @@ def world_gradient(s: Stage) -> None:
 
 @case(losses=("Gabor Texture is not supported: a picture of it stands in",))
 def world_of_a_node_that_is_not_supported(s: Stage) -> None:
-    """What follows it is evaluated."""
+    """The nodes behind it are evaluated."""
     s.set()
     nodes = s.sky((0.0, 0.0, 0.0))
     pattern = nodes.add("TexGabor", {"Scale": 2.0})
@@ -180,7 +180,7 @@ def world_hidden_from(s: Stage, kind: str) -> None:
 
 @each({"diffuse": "diffuse", "transmission": "transmission"})
 def world_hidden_from_translucent_as(s: Stage, kind: str) -> None:
-    """Light through a translucent surface is both kinds, and the world has to be visible to both."""
+    """Light through a translucent surface is of both kinds; the world must be visible to both."""
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.box(s.material("BsdfTranslucent", {"Color": (0.6, 0.7, 0.8)}))
     s.lamp("AREA", size=1.5, power=100.0)

@@ -1,4 +1,4 @@
-"""Nodes that compute: shown as emission over coordinates that run over the set."""
+"""Nodes that compute, shown as emission, over coordinates that vary across the set."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ def uv(nodes: Nodes) -> Any:
 
 
 def u(nodes: Nodes) -> Any:
-    """The first of the UV coordinates."""
+    """The U of UV coordinates."""
     return nodes.add("SeparateXYZ", {"Vector": uv(nodes)}), "X"
 
 
 def colors(nodes: Nodes) -> tuple[Any, Any]:
-    """Two colours that vary, the first one up to above 1."""
+    """Two colours that vary; the first exceeds 1."""
     along = nodes.add("TexCoord")
     first = nodes.add(
         "VectorMath", {"Vector": (along, "UV"), "Vector_001": (1.3, 0.9, 1.0), "Vector_002": (0.0, 0.1, 0.4)}, operation="MULTIPLY_ADD"
@@ -35,7 +35,7 @@ def colors(nodes: Nodes) -> tuple[Any, Any]:
 
 
 def shown(nodes: Nodes, number: Any) -> Any:
-    """A number within +-3 or so as a brightness above zero."""
+    """A number within about +-3 as a positive brightness."""
     return nodes.add("Math", {"Value": number, "Value_001": 0.2, "Value_002": 0.7}, operation="MULTIPLY_ADD")
 
 
@@ -212,9 +212,9 @@ RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is
 
 @each({ray.lower().replace(" ", "_"): ray for ray in RAYS})
 def light_path(s: Stage, output: str) -> None:
-    """A ball that glows for some rays only, and lets the others pass.
+    """A ball that emits for some rays and is transparent for the others.
 
-    It is found by chance alone. Where Cycles samples such light, a part is lost: it then asks for a ray that is of no kind.
+    Only chance finds it. If Cycles samples such light, it loses a part: it evaluates the light for a ray of no kind.
     """
     material, nodes = s.nodes()
     material.cycles.emission_sampling = "NONE"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def write(folder: Path, name: str, width: int, height: int, seed: int) -> None:
-    """A file of random texels, clear here and there."""
+    """A file of random texels; some are clear."""
     import bpy
 
     texels = np.random.default_rng(seed).random((height * width, 4), np.float32)
@@ -29,7 +29,7 @@ def write(folder: Path, name: str, width: int, height: int, seed: int) -> None:
 
 
 def opened(path: Path, source: str) -> bpy.types.Image:
-    """The image of files on disk."""
+    """An image of files on disk."""
     import bpy
 
     image = bpy.data.images.load(str(path))
@@ -38,7 +38,7 @@ def opened(path: Path, source: str) -> bpy.types.Image:
 
 
 def folder() -> Path:
-    """A place for files that is there until Blender ends."""
+    """A folder that exists until Blender ends."""
     import tempfile
 
     import bpy
@@ -54,7 +54,7 @@ def folder() -> Path:
     samples=CHART,
 )
 def sequence(s: Stage, given: tuple[int, dict[str, Any]]) -> None:
-    """As a texture, and as surroundings."""
+    """A sequence as a texture, and as the world."""
     frame, user = given
     place = folder()
     for k in range(1, 4):
@@ -75,7 +75,7 @@ def sequence(s: Stage, given: tuple[int, dict[str, Any]]) -> None:
 
 @case(samples=CHART)
 def tiles(s: Stage) -> None:
-    """Of different sizes, in two rows, and coordinates that leave them on all sides."""
+    """Tiles of different sizes in two rows; coordinates leave them on all sides."""
     place = folder()
     for k, (number, width) in enumerate(((1001, 4), (1002, 9), (1011, 2), (1012, 16))):
         write(place, f"a.{number}.png", width, 5, k)

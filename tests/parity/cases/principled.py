@@ -130,7 +130,7 @@ SOCKETS = ("Metallic", "Roughness", "Transmission Weight", "Coat Weight", "Sheen
 
 @each({socket.lower().replace(" ", "_"): socket for socket in SOCKETS})
 def principled_textured(s: Stage, socket: str) -> None:
-    """The input runs from 0 to 1 over each face of the box and around the ball."""
+    """The input goes from 0 to 1 over each face of the box and around the ball."""
     s.lights()
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     material, nodes = s.nodes()

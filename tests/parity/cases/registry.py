@@ -1,4 +1,4 @@
-"""How a function becomes a case."""
+"""Decorators that make a function a case."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ if TYPE_CHECKING:
     from ..stage import Stage
 
 
-CHART = 16  # samples for cases where nothing makes noise but edges
+CHART = 16  # samples for cases with noise only at edges
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene, what the exporter has to say about it, and how it is compared."""
+    """A scene, its lines of coverage, and the settings of its comparison."""
 
     name: str
     build: Callable[[Stage], None]
-    losses: tuple[str, ...] = ()  # the coverage report's details, all of them
+    losses: tuple[str, ...] = ()  # all details in the coverage report
     samples: int = 24  # per pixel of each of Cycles' renders
-    blind: bool = False  # whether it is rendered without next-event estimation, too
+    blind: bool = False  # whether it is also rendered without next-event estimation
 
 
 CASES: dict[str, Case] = {}
 
 
 def case(**options: Any) -> Callable[[Callable[[Stage], None]], Callable[[Stage], None]]:
-    """The function is a case of its own name; options are fields of `Case`."""
+    """The function becomes a case of its name. Options are fields of `Case`."""
 
     def register(build: Callable[[Stage], None]) -> Callable[[Stage], None]:
         _add(Case(build.__name__, build, **options))
@@ -38,7 +38,7 @@ def case(**options: Any) -> Callable[[Callable[[Stage], None]], Callable[[Stage]
 
 
 def each(variants: dict[str, Any], **options: Any) -> Callable[[Callable[[Stage, Any], None]], Callable[[Stage, Any], None]]:
-    """The function is a family of cases: one for each of the variants, whose value is its second argument."""
+    """The function becomes a case for each variant. The variant's value is its second argument."""
 
     def register(build: Callable[[Stage, Any], None]) -> Callable[[Stage, Any], None]:
         for name, value in variants.items():

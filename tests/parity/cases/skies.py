@@ -1,4 +1,4 @@
-"""Sky textures as the world: a picture of the sky, and the disc of a sun that is drawn from."""
+"""Sky textures as the world: a picture of the sky, and a sun's disc that is sampled."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def sky(nodes: Nodes, inputs: dict[str, Any] | None = None, **settings: Any) -> bpy.types.Node:
-    """A sky in front of the camera, to its right."""
+    """A sky with its sun in front of the camera, to the right."""
     return nodes.add("TexSky", inputs, **({"sun_elevation": 0.7, "sun_rotation": 0.4} | settings))
 
 
@@ -42,7 +42,7 @@ def sky_without_a_sun(s: Stage) -> None:
 
 @case(samples=64)
 def sky_turned_and_mixed(s: Stage) -> None:
-    """Another sky for the camera than for light, of other coordinates, with a second sun."""
+    """The camera sees another sky than light does, with other coordinates and a second sun."""
     s.set()
     nodes = s.sky((0.0, 0.0, 0.0))
     coordinates = nodes.add("TexCoord")
@@ -71,7 +71,7 @@ def sky_that_is_stretched(s: Stage) -> None:
 
 @case(samples=64)
 def sky_on_a_surface(s: Stage) -> None:
-    """Coordinates that are no unit vectors."""
+    """Coordinates that are not unit vectors."""
     material, nodes = s.nodes()
     nodes.surface(nodes.add("Emission", {"Color": sky(nodes, sun_size=0.4, sun_intensity=0.05), "Strength": 0.1}))
     s.floor(s.diffuse((0.6, 0.6, 0.6)))

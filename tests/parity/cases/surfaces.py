@@ -1,4 +1,4 @@
-"""Shader nodes but for the Principled BSDF: on a ball and a box that stand on a diffuse floor."""
+"""All shader nodes except the Principled BSDF, on a ball and a box over a diffuse floor."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def glass(s: Stage, variant: tuple[float, float, str]) -> None:
 
 @each({"very_rough": (0.8, 1.3), "of_ior_1": (0.3, 1.0)}, samples=96)
 def glass_lit_by_chance(s: Stage, variant: tuple[float, float]) -> None:
-    """In light that Cycles does not aim at.
+    """Glass in light that Cycles does not sample.
 
-    Towards light that it aims at, Cycles' rough glass also transmits by microfacets seen from behind, which it never samples: very rough
-    glass is 1 % brighter in Cycles than without next-event estimation.
+    Towards sampled light, Cycles' rough glass also transmits by microfacets seen from behind, but it never samples these. So with
+    next-event estimation very rough glass is 1 % brighter in Cycles than without.
     """
     roughness, ior = variant
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
@@ -170,7 +170,7 @@ def color_above_1(s: Stage) -> None:
 
 
 def show(s: Stage, material: Any) -> None:
-    """The set of `Stage.subject` for a material that has been made."""
+    """As `Stage.subject`, with a given material."""
     s.lights()
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(material)

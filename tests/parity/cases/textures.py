@@ -1,4 +1,4 @@
-"""Images, coordinates, attributes and normals: shown as emission, or on surfaces where the light matters."""
+"""Images, coordinates, attributes and normals, shown as emission, or on surfaces if light matters."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def image_as(s: Stage, options: dict[str, Any]) -> None:
 
 @each({mode.lower(): mode for mode in ("NONE", "STRAIGHT", "PREMUL", "CHANNEL_PACKED")}, samples=CHART)
 def image_alpha_mode(s: Stage, mode: str) -> None:
-    """The colour where the alpha socket is used, and where it is not."""
+    """The colour, with the alpha socket in use and without."""
     picture = s.image(alpha=True)
     picture.alpha_mode = mode
 
@@ -65,7 +65,7 @@ def image_alpha_mode(s: Stage, mode: str) -> None:
 
 @case(samples=CHART)
 def image_with_faulty_texels(s: Stage) -> None:
-    """One that is not a number, and one that is infinite; and what becomes of their alpha."""
+    """Texels that are NaN or infinite, and their alpha."""
     picture = s.image(colorspace="Linear Rec.709", float_buffer=True, alpha=True)
     texels = np.empty(len(picture.pixels), np.float32)
     picture.pixels.foreach_get(texels)
@@ -158,7 +158,7 @@ def geometry_tangent(s: Stage) -> None:
 @each({"radial_z": {"axis": "Z"}, "radial_x": {"axis": "X"}, "uv": {"direction_type": "UV_MAP"}}, samples=CHART)
 def tangent_node(s: Stage, attributes: dict[str, str]) -> None:
     floor, *_ = s.chart(lambda nodes: positive(nodes, nodes.add("Tangent", **attributes)))
-    s.data.objects.remove(floor)  # which has no thickness, and so no radius around x
+    s.data.objects.remove(floor)  # a floor has no thickness, and so no radius around x
 
 
 @case()
@@ -282,7 +282,7 @@ def waves(s: Stage, nodes: Nodes, **attributes: str) -> Any:
 
 
 def positive(nodes: Nodes, vector: Any) -> Any:
-    """A vector of numbers within +-4 as a colour without negative parts."""
+    """A vector with parts within +-4 as a colour that is not negative."""
     return nodes.add(
         "VectorMath", {"Vector": vector, "Vector_001": (0.15, 0.15, 0.15), "Vector_002": (0.6, 0.6, 0.6)}, operation="MULTIPLY_ADD"
     )
@@ -294,7 +294,7 @@ def separate(nodes: Nodes, vector: Any, axis: str) -> Any:
 
 
 def lit(s: Stage, material: Any) -> None:
-    """Ball and box of a material, in light that shows their shape."""
+    """Ball and box of a material, in light that shows shapes."""
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(material)
     s.box(material)
