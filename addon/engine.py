@@ -6,6 +6,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from blender_rl_guiding import messages
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.layers import LAYERS
 from blender_rl_guiding.leftovers import temporary_folder
@@ -50,9 +51,9 @@ class RLGuided(Exporter):
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
         settings = read(depsgraph.scene.rl_guiding, Render)
-        job = {"settings": to_dict(settings), "machine": machine(depsgraph.scene.render)}
+        asked, layout = to_dict(settings), machine(depsgraph.scene.render)
         with worker_client.borrowed(environment.python()) as worker, temporary_folder() as folder:
-            worker.send("prepare", **job)
+            worker.send(messages.Prepare(asked, layout))
             self.update_stats("", "Exporting the scene")
             scene = _told(depsgraph, self.frame_set, self.test_break)
             bundle, frames = Path(folder, "scene.npz"), Path(folder, "frames")
@@ -60,7 +61,7 @@ class RLGuided(Exporter):
             for name, (channels, _) in _passes(settings).items():
                 if name != "Combined":
                     self.add_pass(name, len(channels), channels, layer=depsgraph.view_layer.name)
-            worker.send("render", bundle=str(bundle), frames=str(frames), **job)
+            worker.send(messages.Render(str(bundle), asked, layout, frames=str(frames)))
             self._follow(worker, frames, scene.camera.width, scene.camera.height, depsgraph.view_layer.name)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:

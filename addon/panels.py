@@ -1,7 +1,7 @@
 """The panels in Render properties, generated from the settings: a new setting needs no code here.
 
-A setting's declaration says which panel it is in (see `schema.setting`). The panels of a variant hang below the panel of the menu
-that it is chosen from; what a variant declares outside of a panel is drawn right below that menu.
+A setting's declaration names its panel (see `schema.setting`). The panels of a variant hang below the panel of its menu. Settings of a
+variant that have no panel are drawn right below the menu.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,7 +27,7 @@ def _draw_guide(layout: bpy.types.UILayout, settings: Render, context: bpy.types
     draw_text(column, settings.guide.__doc__ or "", context)
 
 
-# What is drawn below the settings of a panel.
+# Drawn below the settings of a panel.
 _AFTERWARDS: dict[tuple[type[Settings], str], Callable] = {(Render, "Method"): _draw_guide, (DQN, "Network"): draw_network}
 
 
@@ -38,8 +38,8 @@ class Section:
     name: str  # unique: "dqn_learning"
     title: str
     config: type[Settings]
-    path: tuple[str, ...]  # of attributes, from `scene.rl_guiding` to the group that has the values
-    parent: str  # name of the section below whose panel this one hangs; empty at the top
+    path: tuple[str, ...]  # attributes that lead from `scene.rl_guiding` to the group of the values
+    parent: str  # name of the section above this one; empty at the top
 
     @property
     def entries(self) -> list[Entry]:
@@ -91,7 +91,7 @@ def draw(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, shown: list
 
 
 class SectionPanel:
-    """What the panels of all sections do."""
+    """Base of the panels of all sections."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"

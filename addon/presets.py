@@ -1,7 +1,7 @@
 """Presets: the built-in ones, and the user's own as files in Blender's presets folder, in a menu of the first panel's header.
 
-A preset of the user's is JSON that `rlg render --settings` reads, too. Applying either leaves alone what variants that are not
-chosen are set to, and is one step to undo.
+A preset of the user's is JSON that `rlg render --settings` reads, too. Applying a preset keeps the settings of variants that are not
+chosen. Undo takes it back in one step.
 """
 
 import json
@@ -23,13 +23,13 @@ _FOLDER = "presets/rl_guided"  # below the user's scripts, as for all presets of
 
 
 def apply(scene: bpy.types.Scene, name: str) -> None:
-    """Choose a built-in preset. What no preset is about, as samples and seed, stays as the user has it."""
+    """Choose a built-in preset. Settings that no preset changes, as samples and seed, stay."""
     present, preset = to_dict(read(scene.rl_guiding, Render)), to_dict(PRESETS[name].settings)
     write(scene.rl_guiding, from_dict(Render, present | {setting: preset[setting] for setting in subjects()}))
 
 
 def subjects() -> set[str]:
-    """The settings that built-in presets are about: those that any of them changes."""
+    """The settings that any built-in preset changes."""
     default = Render()
     settings = [preset.settings for preset in PRESETS.values()]
     names = [entry.name for entry in entries(Render)]
@@ -43,7 +43,7 @@ def files() -> list[Path]:
 
 
 def path_of(name: str) -> Path:
-    """The file of the user's preset of that name; its folder may have to be made. InputError where Blender has no place for it."""
+    """The file of the user's preset of that name. Its folder may not exist yet. InputError where Blender has no place for it."""
     folder = bpy.utils.user_resource("SCRIPTS", path=_FOLDER)
     if not folder:
         raise InputError("there is no folder for presets")
@@ -51,23 +51,23 @@ def path_of(name: str) -> Path:
 
 
 def shown_name(path: Path) -> str:
-    """What the menu calls a file."""
+    """A file's name in the menu."""
     return bpy.path.display_name(path.name, title_case=False)
 
 
 def load(scene: bpy.types.Scene, path: Path) -> None:
-    """Take over all settings of a file. InputError names the file and what is wrong with it."""
+    """Take over all settings of a file. InputError names the file and its fault."""
     try:
         settings = from_dict(Render, typed.load(path))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except ValueError as error:
+    except (InputError, ValueError) as error:
         raise InputError(f"{path.name}: {error}") from error
     write(scene.rl_guiding, settings)
 
 
 def add(scene: bpy.types.Scene, name: str) -> Path:
-    """Keep all settings of a scene as a preset. InputError where there is one of that name, or it cannot be written."""
+    """Save all settings of a scene as a preset. InputError where the name is taken, or the file cannot be written."""
     path = path_of(name)
     if not name.strip():
         raise InputError("a preset needs a name")
@@ -79,7 +79,7 @@ def add(scene: bpy.types.Scene, name: str) -> Path:
 
 
 def remove(name: str) -> None:
-    """Delete one of the user's presets. InputError if there is none of that name, or it cannot be deleted."""
+    """Delete one of the user's presets. InputError where none has that name, or the file cannot be deleted."""
     path = path_of(name)
     try:
         path.unlink()
@@ -164,7 +164,7 @@ class RLG_PT_presets(PresetPanel, bpy.types.Panel):
         self._draw_own(layout.column(align=True), context)
 
     def _draw_own(self, column: bpy.types.UILayout, context: bpy.types.Context) -> None:
-        """The user's, each with a button that removes it, and a field for the name of a new one."""
+        """The user's presets, each with a button that removes it, and a field for the name of a new one."""
         for path in files():
             row = column.row(align=True)
             row.operator(RLG_OT_preset_load.bl_idname, text=shown_name(path), translate=False).filepath = str(path)

@@ -1,15 +1,17 @@
-"""Settings classes as Blender properties: PropertyGroups generated from `blender_rl_guiding.settings`, and the ways in and out.
+"""Settings classes as Blender properties: PropertyGroups generated from the classes' declarations, and the ways in and out.
 
 A union of settings classes becomes a menu, plus one group for each variant: `guide`, `guide_dqn`, `guide_bsdf`.
+Named settings become a collection of groups, each with `name` and `settings`.
 """
 
 import zlib
+from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
 
-from blender_rl_guiding.schema import Entry, Settings, entries
+from blender_rl_guiding.schema import Choice, Entry, Pixel, Settings, SettingsError, entries, named
 from blender_rl_guiding.settings import Render
 
 _DIGITS = 3  # after the point; Blender adds more where a small number would be shown as 0
@@ -20,33 +22,68 @@ _NUMBERS = {bool: bpy.props.BoolProperty, int: bpy.props.IntProperty, float: bpy
 
 def make_groups(default: Settings, name: str = "RLG") -> list[type]:
     """The PropertyGroup of a settings class, last, after the groups that it points to; unregistered, with defaults as in `default`."""
+    groups, annotations = declared(default, name)
+    return [*groups, _group(name, annotations)]
+
+
+def _group(name: str, annotations: dict[str, Any]) -> type:
+    return type(name, (bpy.types.PropertyGroup,), {"__annotations__": annotations})
+
+
+def declared(default: Settings, name: str) -> tuple[list[type], dict[str, Any]]:
+    """The properties of a settings class by name, after the groups that they point to."""
     groups: list[type] = []
     annotations: dict[str, Any] = {}
     for entry in entries(type(default)):
+        if entry.of:
+            groups.append(_group(f"{name}_{entry.name}", _named(entry)))
+            annotations[entry.name] = bpy.props.CollectionProperty(type=groups[-1])
+            continue
         value = getattr(default, entry.name)
         annotations[entry.name] = _property(entry, value, animated=isinstance(default, Render) and entry.type in (int, float))
         for kind, variant in entry.variants.items():
             inner = make_groups(value if kind == value.kind else variant(), f"{name}_{entry.name}_{kind}")
             groups += inner
             annotations[f"{entry.name}_{kind}"] = bpy.props.PointerProperty(type=inner[-1])
-    return [*groups, type(name, (bpy.types.PropertyGroup,), {"__annotations__": annotations})]
+    return groups, annotations
+
+
+def _named(entry: Entry) -> dict[str, Any]:
+    """The properties of settings that have a name."""
+    text = f"Name of the {entry.label.lower()}; its results are in a folder of this name"
+    return {
+        "name": bpy.props.StringProperty(name="Name", description=text),
+        "settings": bpy.props.PointerProperty(type=_GROUP_OF[entry.of]),
+    }
 
 
 def _property(entry: Entry, value: Any, animated: bool) -> Any:
-    """Animated is what each frame may have of its own: numbers of the render. A guide is of one kind and size throughout."""
+    """Only numbers of the render are animated: a guide keeps its kind and size in all frames."""
     common = {"name": entry.label, "description": _sentence(entry.doc), "options": {"ANIMATABLE"} if animated else set()}
     if entry.variants:
-        items = [(kind, variant.label, _sentence(variant.__doc__)) for kind, variant in entry.variants.items()]
-        return bpy.props.EnumProperty(items=_numbered(items), default=value.kind, **common)
+        choices = {kind: Choice(variant.label, variant.__doc__ or "") for kind, variant in entry.variants.items()}
+        return bpy.props.EnumProperty(items=_items(choices), default=value.kind, **common)
     if entry.choices:
-        items = [(choice, label, "") for choice, label in entry.choices.items()]
-        return bpy.props.EnumProperty(items=_numbered(items), default=value, **common)
+        return bpy.props.EnumProperty(items=_items(entry.choices), default=value, **common)
+    if entry.type is Path:
+        common["options"] = {"PATH_SUPPORTS_BLEND_RELATIVE"}  # it may begin with //, the folder of the .blend
+        return bpy.props.StringProperty(subtype="FILE_PATH", **common)
+    if entry.type == Pixel:
+        return bpy.props.IntVectorProperty(size=2, default=value, **common, **_limits(entry))
     return _NUMBERS[entry.type](default=value, **common, **_limits(entry), **_look(entry))
 
 
-def _numbered(items: list[tuple[str, str, str]]) -> list[tuple[str, str, str, str, int]]:
-    """Items with numbers made from their names: a file keeps the number alone, and counted ones would shift when an item is inserted."""
-    return [(*item, "NONE", zlib.crc32(item[0].encode()) & 0x7FFFFFFF) for item in items]
+def _items(choices: dict[str, Choice]) -> list[tuple[str, str, str, str, int]]:
+    """The choices that panels offer. A .blend keeps only their numbers. Counted ones would shift where a choice is inserted."""
+    return [
+        (name, choice.label, _sentence(choice.doc), "NONE", _number(name) if choice.number is None else choice.number)
+        for name, choice in choices.items()
+        if choice.label
+    ]
+
+
+def _number(name: str) -> int:
+    return zlib.crc32(name.encode()) & 0x7FFFFFFF
 
 
 def _sentence(text: str | None) -> str:
@@ -61,7 +98,7 @@ def _limits(entry: Entry) -> dict[str, Any]:
 
 
 def _look(entry: Entry) -> dict[str, Any]:
-    """How a number with a point is shown and stepped."""
+    """Digits, step and unit of a float."""
     if entry.type is not float:
         return {}
     low, high = entry.soft
@@ -70,20 +107,30 @@ def _look(entry: Entry) -> dict[str, Any]:
 
 
 def read(group: bpy.types.PropertyGroup, config: type[Settings]) -> Any:
-    """The settings object that the values shown in Blender stand for. For a frame, ask the evaluated scene: some are animated."""
-    values = {}
-    for entry in entries(config):
-        value = getattr(group, entry.name)
-        if entry.variants:
-            value = read(getattr(group, f"{entry.name}_{value}"), entry.variants[value])
-        elif entry.type is float:
-            value = float(str(np.float32(value)))  # Blender keeps 32 bits: 0.1 comes back as 0.10000000149
-        values[entry.name] = value
-    return config(**values)
+    """The settings object of the values in Blender. Some are animated: for a frame, read the evaluated scene.
+
+    SettingsError where another version saved values that this one does not have.
+    """
+    return config(**{entry.name: _read(group, entry) for entry in entries(config)})
+
+
+def _read(group: bpy.types.PropertyGroup, entry: Entry) -> Any:
+    value = getattr(group, entry.name)
+    if entry.of:
+        return tuple((item.name, named(entry, item.name, read, item.settings, entry.of)) for item in value)
+    if (entry.variants or entry.choices) and not value:
+        raise SettingsError(f"its {entry.label} was chosen in another version of the add-on; choose it again")
+    if entry.variants:
+        return read(getattr(group, f"{entry.name}_{value}"), entry.variants[value])
+    if entry.type is float:
+        return float(str(np.float32(value)))  # Blender keeps 32 bits: 0.1 comes back as 0.10000000149
+    if entry.type is Path:
+        return Path(bpy.path.abspath(value))
+    return tuple(value) if entry.type == Pixel else value
 
 
 def write(group: bpy.types.PropertyGroup, settings: Settings) -> None:
-    """Show a settings object in Blender; variants that it does not choose keep their values."""
+    """Show a settings object in Blender. Variants that are not chosen keep their values."""
     for entry in entries(type(settings)):
         value = getattr(settings, entry.name)
         if entry.variants:
@@ -93,7 +140,7 @@ def write(group: bpy.types.PropertyGroup, settings: Settings) -> None:
 
 
 _GROUPS = make_groups(Render())
-RENDER_GROUP = _GROUPS[-1]  # what `read` takes as a `Render`
+_GROUP_OF: dict[type[Settings] | None, type] = {Render: _GROUPS[-1]}  # for settings that have names
 
 
 def register() -> None:

@@ -1,6 +1,5 @@
-"""The renderer as a child process, as `blender_rl_guiding.doors.worker` describes it: starts it, speaks lines of JSON with it, ends it."""
+"""The renderer as a child process: starts it, sends it jobs, hears its events, ends it. See `blender_rl_guiding.messages`."""
 
-import json
 import queue
 import subprocess
 import tempfile
@@ -18,7 +17,7 @@ from blender_rl_guiding.typed import MalformedError
 
 
 class Worker:
-    """One renderer; what goes wrong with it is an InputError with a line for the user."""
+    """One renderer. A fault of it is an InputError with a line for the user."""
 
     def __init__(self, python: Path) -> None:
         self.python = python
@@ -43,19 +42,19 @@ class Worker:
         """Whether it can be given another job."""
         return self._child.poll() is None
 
-    def send(self, job: str, **values: Any) -> None:
+    def send(self, job: messages.Job) -> None:
         """Give it a job; jobs are done one after the other."""
         assert self._child.stdin
         if not self.alive:
             raise InputError(self._death())
         try:
-            self._child.stdin.write(json.dumps({"job": job, **values}).encode() + b"\n")
+            self._child.stdin.write(messages.line_of(job))
             self._child.stdin.flush()
         except OSError as error:
             raise InputError(self._death()) from error
 
     def event(self, timeout: float) -> dict[str, Any]:
-        """The next event, or {"event": "none"} if there was none for so many seconds. InputError where it failed or died."""
+        """The next event, or {"event": "none"} after so many seconds without one. InputError where the job failed or the renderer died."""
         try:
             event = self._events.get(timeout=timeout)
         except queue.Empty:
@@ -86,7 +85,7 @@ class Worker:
         self._events.put(None)
 
     def _death(self) -> str:
-        """Why it is not there any more, by its status and the last line that it wrote."""
+        """The reason for its end: its status, and the last line that it wrote."""
         if not self._complaints.closed:
             self._end_of_life = self._read_death()
         return self._end_of_life
@@ -110,7 +109,7 @@ def _event(line: bytes) -> dict[str, Any] | MalformedError:
 
 @contextmanager
 def borrowed(python: Path) -> Iterator[Worker]:
-    """A renderer for the length of the block: the last one if it is still warm, which saves each frame of an animation two seconds.
+    """A renderer for the length of the block: the last one if it is still warm. That saves each frame of an animation two seconds.
 
     It is ended where the block fails.
     """
@@ -121,11 +120,11 @@ def borrowed(python: Path) -> Iterator[Worker]:
         worker.end()
         raise
     with suppress(InputError):  # it is not there any more
-        worker.send("rest")
+        worker.send(messages.Rest())
         _SPARE.append((time.monotonic(), worker))
 
 
-_SPARE: list[tuple[float, Worker]] = []  # since when each has nothing to do
+_SPARE: list[tuple[float, Worker]] = []  # idle ones, each with the time of its last job
 _WARM = 45.0  # seconds; a renderer that rests ends by itself after sixty
 
 
@@ -134,13 +133,13 @@ def _warm(python: Path) -> Worker | None:
         since, worker = _SPARE.pop()
         if worker.python == python and time.monotonic() - since < _WARM:
             with suppress(InputError):  # it is not there any more
-                worker.send("wake")
+                worker.send(messages.Wake())
                 return worker
         worker.end()
     return None
 
 
 def end_all() -> None:
-    """End the renderers that have nothing to do."""
+    """End the idle renderers."""
     while _SPARE:
         _SPARE.pop()[1].end()

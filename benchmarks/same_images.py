@@ -18,7 +18,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from blender_rl_guiding import schema
+from blender_rl_guiding import flat, schema
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.flags import Parser, positive
 from blender_rl_guiding.scene.bundle import load
@@ -61,7 +61,7 @@ def methods() -> Iterator[Method]:
         menus = {f"{guide.kind}.{entry.name}": entry.variants for entry in schema.entries(guide) if entry.variants}
         for kinds in product(*menus.values()):
             chosen = {"guide": guide.kind} | dict(zip(menus, kinds, strict=True))
-            small = {name: SMALL.get(name.rpartition(".")[2]) for name in schema.active(schema.override(Render(), chosen)) if "." in name}
+            small = {name: SMALL.get(name.rpartition(".")[2]) for name in flat.active(flat.override(Render(), chosen)) if "." in name}
             values = chosen | {name: value for name, value in small.items() if value is not None and name not in chosen}
             flags = (part for name, value in values.items() for part in (flag(name), str(value)))
             yield Method(" ".join(chosen.values()), chosen, tuple(flags))

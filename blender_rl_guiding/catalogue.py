@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from .errors import InputError
-from .schema import override
+from .flat import override
 from .settings import Render, method
 
 

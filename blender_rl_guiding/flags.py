@@ -1,18 +1,21 @@
-"""Options that commands share: the settings classes as flags, and back; a scene, an experiment."""
+"""Options that commands share: settings as flags and back; a scene, a comparison. `rlg` and Blender's commands both take them from here."""
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import schema, typed
+from . import flat, schema, typed
+from .comparison import Comparison
 from .errors import InputError
-from .settings import MOST_RUNS, PRESETS, Machine, Render, method
-from .strings import printable
+from .scene.description import Loss
+from .settings import PRESETS, Machine, Render, method
+from .strings import printable, say
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
+    """Says in one line why it refuses a command line."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(allow_abbrev=False, **kwargs)
@@ -21,75 +24,40 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {printable(message)}\n")
 
 
-def render_settings(options: argparse.Namespace, base: Render) -> Render:
-    """What a render was asked for: preset or file first, or else `base`, then the flags. InputError where the file cannot be read."""
-    base = method(options.preset) if options.preset else base
-    if options.settings:
-        try:
-            base = schema.from_dict(Render, typed.load(options.settings))
-        except OSError as error:
-            raise InputError(f"cannot read {options.settings}: {error.strerror or error}") from error
-        except ValueError as error:
-            raise InputError(f"{options.settings}: {error}") from error
-    return schema.override(base, given(options, Render))
-
-
-def chosen_methods(options: argparse.Namespace) -> dict[str, Render]:
-    """Each method with the flags that concern it; a flag that concerns none is refused."""
-    names = options.methods.split(",")
-    if doubles := {name for name in names if names.count(name) > 1}:
-        raise InputError(f"--methods names {min(doubles)!r} twice")
-    named = {name: method(name) for name in names}
-    flags, used = given(options, Render), set()
-    for name, base in named.items():
-        mine = {flag: value for flag, value in flags.items() if flag in set(schema.active(base))}
-        named[name] = schema.override(base, mine)
-        used |= mine.keys()
-    for flag in flags.keys() - used:
-        raise InputError(f"--{flag.replace('_', '-')} concerns none of the methods {options.methods}")
-    return named
-
-
-def given(options: argparse.Namespace, config: type[schema.Settings]) -> dict[str, Any]:
-    """The settings flags of a class that stand on the command line, by flat name."""
-    return {name: getattr(options, name) for name, _ in schema.flags(config) if hasattr(options, name)}
+# --- flags -----------------------------------------------------------------------------------------------------------
 
 
 def add_flags(parser: argparse.ArgumentParser, config: type[schema.Settings], leave_out: Sequence[str] = ()) -> None:
-    """One flag for every setting below a class, absent from the result unless given."""
+    """One flag for every setting below a class. The parsed options have only those that were given."""
     group = parser.add_argument_group((config.__doc__ or "").rstrip("."))
-    for name, entry in schema.flags(config):
-        if name in leave_out:
-            continue
-        flag = f"--{name.replace('_', '-')}"
-        common: dict[str, Any] = {"dest": name, "default": argparse.SUPPRESS}
-        default = entry.default.kind if entry.variants else entry.default
-        limits = "" if entry.limits == (None, None) else ", from {} to {}".format(*entry.limits)
-        text = f"{entry.doc} (default: {default}{limits})".replace("%", "%%")
-        if entry.type is bool:
-            group.add_argument(flag, action=argparse.BooleanOptionalAction, help=text, **common)
-        elif entry.variants or entry.choices:
-            group.add_argument(flag, choices=[*entry.variants, *entry.choices], help=text, **common)
-        else:
-            group.add_argument(flag, type=entry.type, metavar=entry.type.__name__.upper(), help=text, **common)
+    for name, entry in flat.flags(config):
+        if name not in leave_out:
+            _add_flag(group, f"--{name.replace('_', '-')}", name, entry)
 
 
-def positive(text: str) -> int:
-    """A number above 0 from the command line."""
-    if int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not above 0")
-    return int(text)
+def _add_flag(group: "argparse._ActionsContainer", flag: str, name: str, entry: schema.Entry) -> None:
+    common: dict[str, Any] = {"dest": name, "default": argparse.SUPPRESS, "help": _help(entry)}
+    if entry.type is bool:
+        group.add_argument(flag, action=argparse.BooleanOptionalAction, **common)
+    elif entry.variants or entry.choices:
+        group.add_argument(flag, choices=[*entry.variants, *entry.choices], **common)
+    elif entry.type == schema.Pixel:
+        group.add_argument(flag, type=int, nargs=2, metavar=("X", "Y"), **common)
+    elif entry.type is Path:
+        group.add_argument(flag, type=Path, metavar="FILE", **common)
+    else:
+        group.add_argument(flag, type=entry.type, metavar=entry.type.__name__.upper(), **common)
 
 
-def _runs(text: str) -> int:
-    """A number of runs from the command line."""
-    if positive(text) > MOST_RUNS:
-        raise argparse.ArgumentTypeError(f"{text} is above {MOST_RUNS}, the most runs of an experiment")
-    return int(text)
+def _help(entry: schema.Entry) -> str:
+    default = entry.default.kind if entry.variants else entry.default
+    notes = ["" if entry.type in (Path, schema.Pixel) else f"default: {default}", entry.range]
+    said = "; ".join(filter(None, notes))
+    return f"{entry.doc} ({said})".replace("%", "%%") if said else entry.doc
 
 
 def add_render(parser: argparse.ArgumentParser) -> None:
-    """A scene, where to write, and how to render it."""
+    """A scene, the folder for the images, and the settings of the render."""
     parser.add_argument("scene", type=Path, metavar="SCENE", help="a .blend or a bundle")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     start = parser.add_mutually_exclusive_group()
@@ -99,41 +67,118 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     add_flags(parser, Machine)
 
 
-def add_experiment(parser: argparse.ArgumentParser, seeds: int) -> "argparse._MutuallyExclusiveGroup":
-    """What all comparisons may be told; `seeds` is the default. Returns the ways to say what the reference is."""
-    text = f"runs of each method, with one seed after the other (default: {seeds})"
-    parser.add_argument("--seeds", type=_runs, default=seeds, metavar="N", help=text)
-    reference = parser.add_mutually_exclusive_group()
-    text = "samples per pixel of the reference, at least (default: 1024)"
-    reference.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help=text)
-    text = "runs at a time, which share the threads; for times that can be compared with others, 1 (default: 1)"
-    parser.add_argument("--jobs", type=positive, default=1, metavar="N", help=text)
-    text = "pixel where to show what is learnt, from the top left (default: the middle of the width at four fifths of the height)"
-    parser.add_argument("--probe", type=int, nargs=2, metavar=("X", "Y"), help=text)
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    return reference
-
-
-def add_reference(ways: "argparse._MutuallyExclusiveGroup") -> None:
-    """A reference from a file, which only a comparison on one scene can have."""
-    ways.add_argument("--reference", type=Path, metavar="FILE", help="an EXR image of the same size that is the reference")
-
-
 def add_methods(parser: argparse.ArgumentParser, required: bool) -> None:
-    """What is compared, and the flags that concern it."""
+    """The methods that are compared, and flags for their settings."""
     text = f"guides or presets ({', '.join(PRESETS)}); the first is the baseline"
     parser.add_argument("--methods", required=required, metavar="NAME,NAME", help=text)
     add_flags(parser, Render, leave_out=("guide",))
     add_flags(parser, Machine)
 
 
+# Settings of a comparison that have flags. All others follow from --methods and the flags of their settings.
+_FLAGS = {"seeds": "--seeds", "reference_spp": "--reference-spp", "reference_file": "--reference", "probe": "--probe"}
+
+
+def add_comparison(parser: argparse.ArgumentParser, seeds: int, files: bool) -> None:
+    """Settings of a comparison but for its methods, the runs at a time, and the folder of all results.
+
+    `seeds`: the default.
+    `files`: whether a file can be the reference. It can be that of one scene alone.
+    """
+    known = {entry.name: entry for entry in schema.entries(Comparison)}
+    known["seeds"] = replace(known["seeds"], default=seeds)
+    reference = parser.add_mutually_exclusive_group()
+    for name, flag in _FLAGS.items():
+        if files or name != "reference_file":
+            _add_flag(reference if name.startswith("reference") else parser, flag, name, known[name])
+    text = "runs at a time, which share the threads; for times that can be compared with others, 1 (default: 1)"
+    parser.add_argument("--jobs", type=positive, default=1, metavar="N", help=text)
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+
+
+def positive(text: str) -> int:
+    """A number above 0 from the command line."""
+    if int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return int(text)
+
+
 def add_export(parser: argparse.ArgumentParser) -> None:
-    """A .blend and what it becomes."""
+    """A .blend and the bundle to make of it."""
     parser.add_argument("scene", type=Path, metavar="SCENE.blend")
     parser.add_argument("bundle", type=Path, metavar="SCENE.npz")
     parser.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
 
 
 def add_blender(parser: argparse.ArgumentParser) -> None:
-    """Who opens .blend files."""
+    """The Blender that opens .blend files."""
     parser.add_argument("--blender", type=Path, metavar="BLENDER", help="open .blend files by this executable (default: the bpy module)")
+
+
+# --- and back --------------------------------------------------------------------------------------------------------
+
+
+def given(options: argparse.Namespace, config: type[schema.Settings]) -> dict[str, Any]:
+    """The settings flags of a class that stand on the command line, by flat name."""
+    return {name: getattr(options, name) for name, _ in flat.flags(config) if hasattr(options, name)}
+
+
+def machine_of(options: argparse.Namespace) -> Machine:
+    """How to lay out the work on this machine."""
+    return flat.override(Machine(), given(options, Machine))
+
+
+def render_settings(options: argparse.Namespace, base: Render) -> Render:
+    """The settings of a render: of a preset or file, or else `base`; then the flags. InputError where the file cannot be read."""
+    base = method(options.preset) if options.preset else base
+    if options.settings:
+        try:
+            base = schema.from_dict(Render, typed.load(options.settings))
+        except OSError as error:
+            raise InputError(f"cannot read {options.settings}: {error.strerror or error}") from error
+        except (InputError, ValueError) as error:
+            raise InputError(f"{options.settings}: {error}") from error
+    return flat.override(base, given(options, Render))
+
+
+def comparison(options: argparse.Namespace, base: Comparison) -> Comparison:
+    """The comparison that was asked for: `base`, but for the flags."""
+    changes = {name: getattr(options, name) for name in _FLAGS if hasattr(options, name)}
+    if "reference_file" in changes:
+        changes |= {"reference": "FILE", "reference_file": changes["reference_file"].absolute()}
+    return flat.override(base, changes)
+
+
+def comparison_of_methods(options: argparse.Namespace) -> Comparison:
+    """The comparison of --methods. Each spends what its flags say."""
+    return comparison(options, Comparison(methods=_methods(options), budget="EACH"))
+
+
+def _methods(options: argparse.Namespace) -> schema.Named[Render]:
+    """Each method with the flags that concern it. InputError on a flag that concerns none."""
+    named = [(name, method(name)) for name in options.methods.split(",")]
+    flags = given(options, Render)
+    for flag in flags:
+        if not any(flag in flat.active(base) for _, base in named):
+            raise InputError(f"--{flag.replace('_', '-')} concerns none of the methods {options.methods}")
+    return tuple((name, _with_flags(base, flags)) for name, base in named)
+
+
+def _with_flags(base: Render, flags: dict[str, Any]) -> Render:
+    known = set(flat.active(base))
+    return flat.override(base, {name: value for name, value in flags.items() if name in known})
+
+
+# --- what commands print ---------------------------------------------------------------------------------------------
+
+
+def tell_losses(bundle: Path, losses: Sequence[Loss]) -> None:
+    """Print what an exported bundle lacks."""
+    for loss in losses:
+        say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
+    say(f"wrote {bundle}, {len(losses) or 'nothing'} left out or replaced")
+
+
+def failed_runs(count: int) -> str:
+    """What a command ends with where runs failed."""
+    return f"{count} of the runs failed, as told above; the same command tries them again"

@@ -1,8 +1,9 @@
-"""The jobs and events of the renderer's process, lines of JSON, declared once for both sides.
+"""The jobs and events of the renderer's process, declared once for both sides. Each is a line of JSON.
 
-Whatever a line may be, it is one of these or a MalformedError.
+Any other line is a MalformedError.
 """
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import IO, Annotated, Any
@@ -21,17 +22,13 @@ def _some(values: Any) -> str:
     return "" if values else "is empty"
 
 
-def _different(values: tuple[int, ...]) -> str:
-    return "is empty" if not values else "" if len(set(values)) == len(values) else "has one twice"
-
-
 _Path = Annotated[str, _path]
 _Whole = Annotated[int, Range(0, 2**31 - 1)]
 _Positive = Annotated[int, Range(1, 2**31 - 1)]
 _Number = Annotated[float, Range(-1e30, 1e30)]
 _Seconds = Annotated[float, Range(0, 1e12)]
 _Share = Annotated[float, Range(0, 1)]
-_Settings = dict[str, Any]  # of `Render` or `Machine`: `schema.from_dict` reads them
+_Settings = dict[str, Any]  # of `Render`, `Comparison` or `Machine`: `schema.from_dict` reads them
 
 
 # --- jobs ------------------------------------------------------------------------------------------------------------
@@ -57,43 +54,40 @@ class Prepare:
 
 @dataclass(frozen=True)
 class Render:
-    """Render a bundle: images into the folder `frames`, and the run into `out`, each if it is there."""
+    """Render a bundle: images into the folder `frames`, the run into the folder `out`; neither where None."""
 
     bundle: _Path
     settings: _Settings
     machine: _Settings = field(default_factory=dict)
     frames: _Path | None = None
     out: _Path | None = None
-    method: Name | None = None  # what the run is called after; the guide, if it has no name of its own
+    method: Name | None = None  # the run's name; None takes the guide's
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The reference: a number of samples, or a file and its name in the report."""
+    """A reference that somebody has made."""
 
-    spp: _Positive | None = None
-    file: _Path | None = None
-    about: str = ""
+    file: _Path  # an EXR image
+    about: str  # its description in the report
 
 
 @dataclass(frozen=True)
 class Compare:
-    """Compare methods on a bundle: runs and report into the folder `out`. Runs that are done already are kept."""
+    """Compare methods on a bundle: runs and report into the folder `out`. Finished runs are kept."""
 
     bundle: _Path
-    methods: Annotated[dict[Name, _Settings], _some]  # by name, the baseline first
-    seeds: Annotated[tuple[_Whole, ...], _different]
-    reference: Reference
+    comparison: _Settings
     out: _Path
     command: str  # how it was started, for the report
-    probe: tuple[int, int] | None = None  # the pixel where to show what is learnt
+    cycles: Reference | None = None  # the reference by Cycles, where the comparison asks for that
     jobs: Annotated[int, Range(1, 1024)] = 1  # runs at a time
     machine: _Settings = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Inspect:
-    """Render a bundle, and show what was learnt at a pixel: a run and two pictures into the folder `out`."""
+    """Render a bundle, and show what was learnt at a pixel. The run and two pictures go into the folder `out`."""
 
     bundle: _Path
     settings: _Settings
@@ -105,6 +99,16 @@ class Inspect:
 
 Job = Rest | Wake | Prepare | Render | Compare | Inspect
 JOBS: dict[str, type[Job]] = {"rest": Rest, "wake": Wake, "prepare": Prepare, "render": Render, "compare": Compare, "inspect": Inspect}
+
+
+def name_of(job: Job) -> str:
+    """The name of a job in its line."""
+    return next(name for name, kind in JOBS.items() if kind is type(job))
+
+
+def line_of(job: Job) -> bytes:
+    """The line that `read_job` reads."""
+    return json.dumps({"job": name_of(job), **vars(job)}, default=vars).encode() + b"\n"
 
 
 def read_job(line: bytes) -> Job:
@@ -155,7 +159,7 @@ class Pass:
 
 @dataclass(frozen=True)
 class Error:
-    """A job failed, by something that the user can mend."""
+    """A job failed for a reason that the user can mend."""
 
     text: str
 
@@ -229,14 +233,14 @@ OUTCOMES = {"render": Rendered, "compare": Compared, "inspect": Inspected}  # wh
 
 
 def read_event(line: bytes) -> dict[str, Any]:
-    """An event from a line {"event": its name, ...}, with all that its class has, and maybe more."""
+    """An event from a line {"event": its name, ...}. It has all fields of its class, and may have more."""
     name, values = _named(line, "event", EVENTS)
     read(EVENTS[name], values, name, loose=True)
     return {"event": name, **values}
 
 
 def check_outcome(job: str, event: dict[str, Any]) -> None:
-    """MalformedError where `done` does not tell what it should of a job."""
+    """MalformedError where `done` lacks a field of the job's outcome."""
     read(OUTCOMES[job], event, "done", loose=True)
 
 

@@ -1,27 +1,42 @@
-"""What a settings class says about itself: fields, limits, variants, help; and the ways in and out of it.
+"""The declaration of settings: fields, limits, variants, help. JSON goes in and out here.
 
-A settings class is a frozen dataclass that derives from `Settings`, each field declared by `setting(...)`. A field is a
-bool, int, float, a `Literal` of strings (a choice), or a union of settings classes (a menu of variants).
-Command line, JSON, validation and Blender properties are all derived from `entries`.
+A settings class is a frozen dataclass that derives from `Settings`; `setting(...)` declares each field. A field is one of
+- bool, int, float, `Path`, `Pixel`,
+- a `Literal` of strings: a choice,
+- a union of settings classes: a menu of variants,
+- `Named[X]`: a list of settings of class X, each under a name of its own.
+Command line, JSON, validation and Blender properties all derive from `entries`.
 """
 
 import difflib
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
 from types import UnionType
-from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
+from .errors import InputError
+from .strings import fault_of_name
 from .typed import shown
 
 LARGEST = 1 << 1023  # whole number that surely is a float, too
 
 
-class SettingsError(ValueError):
-    """A setting that does not exist or has a value that it cannot have; the message is one line that names it."""
+class SettingsError(InputError):
+    """A setting that does not exist, or a value that it cannot have."""
 
 
 Unit = Literal["", "share", "seconds"]
+Pixel = tuple[int, int]  # column and row, from the top left
+
+
+class Choice(NamedTuple):
+    """A value of a choice, as panels show it."""
+
+    label: str  # empty: panels do not offer it
+    doc: str = ""
+    number: int | None = None  # stands for it in a .blend; None: one made from its name
 
 
 def setting(
@@ -33,15 +48,17 @@ def setting(
     soft: tuple[float, float] | None = None,
     unit: Unit = "",
     label: str = "",
-    choices: Mapping[str, str] | None = None,
+    choices: Mapping[str, str | Choice] | None = None,
     panel: str = "",
     when: tuple[str, str] | None = None,
 ) -> Any:
-    """Declare one setting: its default, one sentence of help and its inclusive limits. What follows is for panels alone.
+    """Declare one setting: its default, one sentence of help and its inclusive limits. The rest is for panels.
 
-    `soft`: the limits that dragging keeps to, where people seldom leave them; `label`, and `choices` for the labels of a choice's
-    values: where their names will not do; `panel`: the setting opens a panel of this title, and those declared after it join it;
-    `when`: a choice of the same class and its value without which the setting has no effect.
+    `soft`: the limits that dragging keeps to.
+    `label`: the name in panels; without it, the field's own.
+    `choices`: label, or label and help, of each value of a choice whose name will not do.
+    `panel`: the setting opens a panel of this title. Settings declared after it join the panel.
+    `when`: a choice of the same class, and its value. With any other value the setting has no effect.
     """
     return field(
         default=default,
@@ -59,9 +76,9 @@ def setting(
 
 
 class Settings:
-    """Base of every settings class; an instance outside its limits cannot exist.
+    """Base of every settings class. No instance is outside its limits.
 
-    `kind` is the class's name in files and on the command line, `label` for people; both come from the class's own name if not given.
+    `kind` is the class's name in files and on the command line, `label` its name for people. Without them the class's own name does.
     """
 
     kind: ClassVar[str]
@@ -79,7 +96,9 @@ class Settings:
 SettingsType = TypeVar("SettingsType", bound=Settings)
 
 
-Variants = dict[str, type[Settings]]  # by kind
+Named = tuple[tuple[str, SettingsType], ...]  # each name once; each can be the name of a folder
+SettingsClass = type[Settings]
+Variants = dict[str, SettingsClass]  # by kind
 
 
 @dataclass(frozen=True)
@@ -87,17 +106,24 @@ class Entry:
     """One field of a settings class, as the command line and the add-on see it."""
 
     name: str
-    type: Any  # bool, int, float, str for a choice, Settings for a variant
+    type: Any  # bool, int, float, Path, Pixel, str for a choice, Settings for a variant, Named
     default: Any
     doc: str
     label: str  # what a panel shows
     limits: tuple[float | None, float | None]
     soft: tuple[float | None, float | None]  # `limits`, or narrower
     unit: Unit
-    choices: dict[str, str]  # labels by value; empty unless the field is a Literal
+    choices: dict[str, Choice]  # by value; empty unless the field is a Literal
     variants: Variants  # empty unless the field is a union of settings classes
+    of: SettingsClass | None  # the class of the settings that have names; None unless the field is Named
     panel: str  # title; empty where the field is shown with the menu that its class is chosen from
     when: tuple[str, str] | None  # another field, and the value that it must have for this one to have an effect
+
+    @property
+    def range(self) -> str:
+        """The limits in words; empty where there are none."""
+        words = zip(("at least", "at most"), self.limits, strict=True)
+        return " and ".join(f"{word} {limit}" for word, limit in words if limit is not None)
 
 
 def entries(config: type[Settings]) -> Iterator[Entry]:
@@ -107,43 +133,91 @@ def entries(config: type[Settings]) -> Iterator[Entry]:
         hint = hints[f.name]
         variants = {v.kind: v for v in get_args(hint)} if isinstance(hint, UnionType) else {}
         values = get_args(hint) if get_origin(hint) is Literal else ()
-        choices = {value: value.capitalize() for value in values} | dict(f.metadata["choices"])
-        kind = str if choices else Settings if variants else hint
+        choices = {value: _choice(f.metadata["choices"].get(value, value.capitalize())) for value in values}
+        of = _class_of_named(hint)
+        kind = str if choices else Settings if variants else Named if of else hint
         said = {key: f.metadata[key] for key in ("doc", "limits", "soft", "unit", "when")}
         panel = f.metadata["panel"] or panel
         label = f.metadata["label"] or f.name.replace("_", " ").title()
-        yield Entry(f.name, kind, f.default, label=label, choices=choices, variants=variants, panel=panel, **said)
+        yield Entry(f.name, kind, f.default, label=label, choices=choices, variants=variants, of=of, panel=panel, **said)
+
+
+def _choice(said: str | Choice) -> Choice:
+    return said if isinstance(said, Choice) else Choice(said)
+
+
+def _class_of_named(hint: Any) -> type[Settings] | None:
+    """X where a type is Named[X]."""
+    of = get_args(hint)
+    return get_args(of[0])[1] if of[1:] == (...,) else None
 
 
 def _checked(entry: Entry, value: Any, path: str) -> Any:
     """Return the value in the field's own type, or raise SettingsError."""
-    if entry.variants:
-        if type(value) not in entry.variants.values():
-            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join(entry.variants)}")
+    if entry.variants or entry.choices:
+        fits = type(value) in entry.variants.values() or (isinstance(value, str) and value in entry.choices)
+        if not fits:
+            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join([*entry.variants, *entry.choices])}")
         return value
-    if entry.choices:
-        if not isinstance(value, str) or value not in entry.choices:
-            raise SettingsError(f"{path}={shown(value)} is not one of {', '.join(entry.choices)}")
-        return value
-    if entry.type is float and type(value) is int:
+    if entry.of:
+        return _checked_names(entry, value, path)
+    if entry.type is Path:
+        return _checked_path(value, path)
+    if entry.type == Pixel:
+        if not isinstance(value, tuple | list) or len(value) != 2:
+            raise SettingsError(f"{path}={shown(value)} is not a column and a row")
+        return tuple(_checked_number(int, entry, part, path) for part in value)
+    return _checked_number(entry.type, entry, value, path)
+
+
+def _checked_names(entry: Entry, value: Any, path: str) -> tuple[tuple[str, Settings], ...]:
+    if not isinstance(value, tuple) or not all(_is_named(item, entry.of) for item in value):
+        raise SettingsError(f"{path}={shown(value)} is not a list of names and settings")
+    names = [name for name, _ in value]
+    for name in names:
+        if fault := fault_of_name(name):
+            raise SettingsError(f"{entry.label.lower()} {shown(name)} {fault}: rename it")
+        if names.count(name) > 1:
+            raise SettingsError(f"two {entry.name} are called {shown(name)}: rename one of them")
+    return value
+
+
+def _is_named(item: Any, of: type[Settings] | None) -> bool:
+    return isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], str) and type(item[1]) is of
+
+
+def _checked_path(value: Any, path: str) -> Path:
+    if not isinstance(value, str | Path) or "\0" in str(value):
+        raise SettingsError(f"{path}={shown(value)} is not a path")
+    return Path(value)
+
+
+def _checked_number(kind: type, entry: Entry, value: Any, path: str) -> Any:
+    """A bool, int or float within the limits of the entry."""
+    if kind is float and type(value) is int:
         value = float(value) if abs(value) < LARGEST else math.inf
-    if type(value) is not entry.type:
-        raise SettingsError(f"{path}={shown(value)} is not of type {entry.type.__name__}")
+    if type(value) is not kind:
+        raise SettingsError(f"{path}={shown(value)} is not of type {kind.__name__}")
     low, high = entry.limits
     outside = (low is not None and value < low) or (high is not None and value > high)
-    if outside or (entry.type is float and not math.isfinite(value)):
-        limits = " and ".join([f"at least {low}"] * (low is not None) + [f"at most {high}"] * (high is not None))
-        raise SettingsError(f"{path}={shown(value)} is out of range: must be {limits or 'finite'}")
+    if outside or (kind is float and not math.isfinite(value)):
+        raise SettingsError(f"{path}={shown(value)} is out of range: must be {entry.range or 'finite'}")
     return value
 
 
 def to_dict(config: Settings) -> dict[str, Any]:
-    """Plain data for JSON; a variant is written as {"kind": its name, ...}."""
-    values: dict[str, Any] = {}
-    for entry in entries(type(config)):
-        value = getattr(config, entry.name)
-        values[entry.name] = {"kind": value.kind} | to_dict(value) if entry.variants else value
-    return values
+    """Plain data for JSON. A variant becomes {"kind": its name, ...}; named settings become {name: {...}, ...}."""
+    return {entry.name: _plain(entry, getattr(config, entry.name)) for entry in entries(type(config))}
+
+
+def _plain(entry: Entry, value: Any) -> Any:
+    if entry.variants:
+        return {"kind": value.kind} | to_dict(value)
+    if entry.of:
+        return {name: to_dict(settings) for name, settings in value}
+    if entry.type == Pixel:
+        return list(value)
+    return str(value) if entry.type is Path else value
 
 
 def from_dict(config: type[SettingsType], values: Any) -> SettingsType:
@@ -154,70 +228,37 @@ def from_dict(config: type[SettingsType], values: Any) -> SettingsType:
     kwargs = {}
     for name, value in values.items():
         if name not in known:
-            raise SettingsError(f"{config.kind} has no setting {shown(name)}{_hint(name, known)}")
-        if variants := known[name].variants:
-            rest = dict(value) if isinstance(value, Mapping) else {"kind": value}
-            chosen = rest.pop("kind", None)
-            if not isinstance(chosen, str) or chosen not in variants:
-                raise SettingsError(f"{config.kind}.{name}={shown(chosen)} is not one of {', '.join(variants)}{_hint(chosen, variants)}")
-            value = from_dict(variants[chosen], rest)
-        kwargs[name] = value
+            raise SettingsError(f"{config.kind} has no setting {shown(name)}{hint(name, known)}")
+        kwargs[name] = _read(known[name], value, f"{config.kind}.{name}")
     return config(**kwargs)
 
 
-def flags(config: type[Settings], scope: str = "") -> Iterator[tuple[str, Entry]]:
-    """Every setting below a class by its flat name: "samples", "guide", "dqn.batch", "frequency.octaves"."""
-    for entry in entries(config):
-        yield scope + entry.name, entry
-        for kind, variant in entry.variants.items():
-            yield from flags(variant, f"{kind}.")
+def _read(entry: Entry, value: Any, path: str) -> Any:
+    """Settings from what `_plain` made of them; all else as it is, for the class to check."""
+    if entry.variants:
+        rest = dict(value) if isinstance(value, Mapping) else {"kind": value}
+        return from_dict(variant_of(entry, rest.pop("kind", None), path), rest)
+    if entry.of and isinstance(value, Mapping):
+        return tuple((name, named(entry, name, from_dict, entry.of, settings)) for name, settings in value.items())
+    return value
 
 
-def override(config: SettingsType, changes: Mapping[str, Any]) -> SettingsType:
-    """Replace settings by their flat names (see `flags`); a chosen variant keeps its values if it is the present one.
-
-    SettingsError where a name does not exist or belongs to a variant that is not chosen.
-    """
-    known = dict(flags(type(config)))
-    for name in changes:
-        if name not in known:
-            raise SettingsError(f"no setting is called {shown(name)}{_hint(name, known)}")
-    result, used = _override(config, changes, "")
-    for name in changes.keys() - used:
-        raise SettingsError(f"{name}={shown(changes[name])} has no effect: {name.split('.')[0]!r} is not chosen")
-    return result
+def named(entry: Entry, name: Any, make: Callable[..., Settings], *arguments: Any) -> Any:
+    """Make one of named settings. SettingsError has its name."""
+    try:
+        return make(*arguments)
+    except SettingsError as error:
+        raise SettingsError(f"{entry.label.lower()} {shown(name)}: {error}") from error
 
 
-def active(config: Settings, scope: str = "") -> Iterator[str]:
-    """The flat names that `override` would take without choosing another variant."""
-    for entry in entries(type(config)):
-        yield scope + entry.name
-        if entry.variants:
-            chosen = getattr(config, entry.name)
-            yield from active(chosen, f"{chosen.kind}.")
-
-
-def _override(config: SettingsType, changes: Mapping[str, Any], scope: str) -> tuple[SettingsType, set[str]]:
-    """The new settings, and the names of the changes that were used."""
-    values, used = {}, set()
-    for entry in entries(type(config)):
-        name, value = scope + entry.name, getattr(config, entry.name)
-        if name in changes:
-            used.add(name)
-            value = _variant(entry, value, changes[name], name) if entry.variants else changes[name]
-        if entry.variants:
-            value, inner = _override(value, changes, f"{value.kind}.")
-            used |= inner
-        values[entry.name] = value
-    return replace(config, **values), used  # type: ignore[type-var]  # every settings class is a dataclass
-
-
-def _variant(entry: Entry, present: Settings, kind: str, name: str) -> Settings:
+def variant_of(entry: Entry, kind: Any, path: str) -> type[Settings]:
+    """The variant of that kind."""
     if not isinstance(kind, str) or kind not in entry.variants:
-        raise SettingsError(f"{name}={shown(kind)} is not one of {', '.join(entry.variants)}{_hint(kind, entry.variants)}")
-    return present if present.kind == kind else entry.variants[kind]()
+        raise SettingsError(f"{path}={shown(kind)} is not one of {', '.join(entry.variants)}{hint(kind, entry.variants)}")
+    return entry.variants[kind]
 
 
-def _hint(name: Any, known: Iterable[str]) -> str:
+def hint(name: Any, known: Iterable[str]) -> str:
+    """A question after the known name that is most like a wrong one; empty where none is."""
     close = difflib.get_close_matches(str(name), list(known), n=1)
     return f"; did you mean {close[0]!r}?" if close else ""

@@ -56,12 +56,12 @@ class Preset:
     """Settings that have a name."""
 
     label: str
-    doc: str  # what it is for, one sentence
+    doc: str  # its purpose, one sentence
     settings: Render
 
 
 def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, loss: Literal["dqn", "cdqn"] = "dqn") -> Render:
-    """The published settings, which the network, the patches and the loss are to be added to."""
+    """The published settings with this network, these patches and this loss."""
     guide = DQN(
         encoder=encoder,
         layers=layers,
@@ -144,7 +144,7 @@ def method(name: str) -> Render:
 
 
 def recorded(values: dict[str, Any]) -> dict[str, Any]:
-    """The settings in a run's result.json: where no `sampler` is named the run is older than the choice, and drew independent numbers."""
+    """The settings in a run's result.json. A run without `sampler` is older than that setting: it drew independent numbers."""
     return {"sampler": "independent"} | values
 
 

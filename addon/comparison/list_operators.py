@@ -1,4 +1,4 @@
-"""The list of methods: add, from what there is; remove, move, duplicate, sweep over one setting; to and from the render settings."""
+"""Operators and menus of the list of methods: add, remove, move, duplicate, sweep over one setting."""
 
 # pyright: reportInvalidTypeForm=false
 
@@ -14,11 +14,11 @@ from ..properties import read, write
 from . import methods
 
 _KEPT: list[tuple[str, str, str]] = []  # of the last menu: Blender does not keep the text of a dynamic one alive
-_PUBLISHED = "slides_"  # how presets of published settings are called
+_PUBLISHED = "slides_"  # begins the names of presets of published settings
 
 
 def _settings(context: bpy.types.Context) -> Render:
-    """Those of the active method. InputError where they cannot be read."""
+    """The settings of the active method. InputError where they cannot be read."""
     comparison = context.scene.rl_guiding_comparison
     return methods.settings_of(comparison.methods[comparison.active_method])
 
@@ -145,7 +145,7 @@ def _sections() -> list[list[str]]:
 
 
 class RLG_MT_method_add(bpy.types.Menu):
-    """What can be added to the list."""
+    """The methods that can be added to the list."""
 
     bl_idname = "RLG_MT_method_add"
     bl_label = "Add Method"
@@ -160,7 +160,7 @@ class RLG_MT_method_add(bpy.types.Menu):
 
 
 class RLG_MT_method_specials(bpy.types.Menu):
-    """What else can be done with a method."""
+    """The other operators on a method."""
 
     bl_idname = "RLG_MT_method_specials"
     bl_label = "Methods"

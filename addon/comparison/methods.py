@@ -1,17 +1,19 @@
-"""The methods of a comparison: into the list in the file, and out of it as settings."""
+"""The methods of a comparison: into the list in the file, and back to settings."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any, get_args
 
 import bpy
 
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.schema import Entry, Settings, SettingsError, active, entries, flags, override
+from blender_rl_guiding.flat import active, flags, override
+from blender_rl_guiding.schema import Entry, Settings, entries, named
 from blender_rl_guiding.settings import PRESETS, Guide, Render
-from blender_rl_guiding.strings import fault_of_name
 
 from ..properties import read, write
+
+_METHODS = next(entry for entry in entries(Comparison) if entry.name == "methods")
 
 
 def built_in() -> list[str]:
@@ -34,44 +36,8 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def settings_of(item: bpy.types.PropertyGroup) -> Render:
-    """The settings of a method in the list. InputError where they come from another version that had other choices or limits."""
-    if menu := next(_unknown(item.settings, Render), None):
-        raise InputError(f"method '{item.name}': its {menu.label} was chosen in another version of the add-on; choose it again")
-    try:
-        return read(item.settings, Render)
-    except SettingsError as error:
-        raise InputError(f"method '{item.name}': {error}") from error
-
-
-def _unknown(group: bpy.types.PropertyGroup, config: type[Settings]) -> Iterator[Entry]:
-    """The menus whose chosen item this version does not have."""
-    for entry in entries(config):
-        if entry.variants or entry.choices:
-            chosen = getattr(group, entry.name)
-            if not chosen:
-                yield entry
-            elif entry.variants:
-                yield from _unknown(getattr(group, f"{entry.name}_{chosen}"), entry.variants[chosen])
-
-
-def all_of(comparison: bpy.types.PropertyGroup) -> dict[str, Render]:
-    """The methods to be run, by name, each with the budget of the comparison. InputError where they cannot be compared."""
-    names = [item.name for item in comparison.methods]
-    if not names:
-        raise InputError("there is no method to compare: add some to the list")
-    if doubles := [name for name in names if names.count(name) > 1]:
-        raise InputError(f"two methods are called '{doubles[0]}': rename one of them")
-    for name in names:  # which become names of folders; anybody may have chosen them
-        if fault := fault_of_name(name):
-            raise InputError(f"method '{name}' {fault}: rename it")
-    if comparison.budget == "SAMPLES":
-        budget: dict[str, Any] = {"spp": comparison.spp, "seconds": 0.0}
-    else:
-        budget = {"spp": _MOST_SAMPLES, "seconds": float(f"{comparison.seconds:.6g}")}
-    return {item.name: replace(settings_of(item), **budget) for item in comparison.methods}
-
-
-_MOST_SAMPLES = 1_000_000  # where time is the limit
+    """The settings of a method in the list. InputError where another version saved choices or numbers that this one does not have."""
+    return named(_METHODS, item.name, read, item.settings, Render)
 
 
 def sweep(settings: Render, name: str, values: str) -> Iterator[tuple[str, Render]]:
@@ -83,7 +49,7 @@ def sweep(settings: Render, name: str, values: str) -> Iterator[tuple[str, Rende
     for text in filter(None, map(str.strip, values.split(","))):
         try:
             yield f"{name.rpartition('.')[2]} {text}", override(settings, {name: _value(entry, text)})
-        except (SettingsError, ValueError) as error:
+        except (InputError, ValueError) as error:
             raise InputError(f"{entry.label} cannot be {text!r}: {error}") from error
 
 

@@ -1,13 +1,16 @@
-"""Compare, show what is learnt, cancel: what starts and ends long work."""
+"""Operators that start and end long work: compare, show Q, cancel."""
 
 # pyright: reportInvalidTypeForm=false
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import bpy
 
+from blender_rl_guiding import messages
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.errors import InputError, check_writable
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.strings import printable
@@ -15,7 +18,8 @@ from blender_rl_guiding.strings import printable
 from .. import installation as environment
 from ..capture import captured
 from ..engine import machine
-from . import methods, results, running
+from ..properties import read
+from . import results, running
 from .properties import CHOSEN
 from .steps import Cycles, working
 
@@ -23,9 +27,9 @@ PATIENCE = 0.5  # seconds that a step waits where nobody else is kept waiting
 
 
 def all_folders_of(comparison: bpy.types.PropertyGroup) -> Path:
-    """Where the folders of all scenes are. InputError where the .blend, which may be a stranger's, names a place outside of its own folder.
+    """The folder that has those of all scenes. InputError where the .blend names a place outside of its own folder.
 
-    Whoever has chosen that place since the file was opened, knows it.
+    The .blend may be a stranger's. A place that was chosen since the file was opened is the user's own wish.
     """
     folder = comparison.folder or "//"
     if folder.startswith("//") and not bpy.data.filepath:
@@ -38,36 +42,23 @@ def all_folders_of(comparison: bpy.types.PropertyGroup) -> Path:
 
 
 def folder_of(scene: bpy.types.Scene) -> Path:
-    """Where a comparison's files go. InputError where nothing can be written there, or nobody has chosen it."""
+    """The folder of a scene's comparison. InputError as `all_folders_of`, or where nothing can be written."""
     path = all_folders_of(scene.rl_guiding_comparison) / bpy.path.clean_name(scene.name)
     check_writable(path)
     return path
 
 
-def job_of(scene: bpy.types.Scene, folder: Path) -> dict[str, Any]:
-    """The worker's job "compare", as the panel asks for it, without a scene. InputError where something does not fit."""
-    comparison = scene.rl_guiding_comparison
-    compared = methods.all_of(comparison)
-    first = next(iter(compared.values())).seed
-    reference: dict[str, Any] = {"spp": comparison.reference_spp}
-    if comparison.reference == "FILE":
-        file = Path(bpy.path.abspath(comparison.reference_file))
-        if not file.is_file():
-            raise InputError(f"the reference is not at {file}: choose an EXR image")
-        reference = {"file": str(file), "about": printable(file.name)}
-    if comparison.reference == "CYCLES" and any(settings.max_bounces >= 0 for settings in compared.values()):
-        raise InputError("Cycles takes the scene's own path lengths: set Max Bounces of all methods to -1")
-    probe = list(comparison.probe) if comparison.use_probe and min(comparison.probe) >= 0 else None
-    file = Path(bpy.data.filepath).name or "an unsaved file"
-    return {
-        "methods": {name: to_dict(settings) for name, settings in compared.items()},
-        "seeds": list(range(first, first + comparison.seeds)),
-        "reference": reference,
-        "out": str(folder),
-        "command": printable(f"Blender {bpy.app.version_string}, Compare: scene '{scene.name}' of {file}"),
-        "probe": probe,
-        "machine": machine(scene.render),
-    }
+def asked(scene: bpy.types.Scene) -> Comparison:
+    """The comparison of the panel. InputError where it cannot be, or its reference is not there."""
+    comparison = read(scene.rl_guiding_comparison, Comparison)
+    if comparison.reference == "FILE" and not comparison.reference_file.is_file():
+        raise InputError(f"the reference is not at {comparison.reference_file}: choose an EXR image")
+    return comparison
+
+
+def reference_of(scene: bpy.types.Scene, comparison: Comparison) -> Cycles | None:
+    """The renderer of the reference, where that is Cycles."""
+    return Cycles(scene, comparison.reference_spp) if comparison.reference == "CYCLES" else None
 
 
 def scene_of(uid: int) -> bpy.types.Scene:
@@ -79,7 +70,7 @@ def scene_of(uid: int) -> bpy.types.Scene:
 
 
 class Background(bpy.types.Operator):
-    """Starts long work and returns, or where there is no window does all of it; itself never registered."""
+    """Starts long work and returns. Without a window it does all of the work. Itself never registered."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -122,10 +113,12 @@ class RLG_OT_compare(Background):
 
     def work(self, context: bpy.types.Context, patience: float) -> tuple[str, running.Steps, running.Finish]:
         scene, python = context.scene, environment.python()
-        job, comparison, uid = job_of(scene, folder_of(scene)), scene.rl_guiding_comparison, scene.session_uid
+        folder, comparison, uid = folder_of(scene), asked(scene), scene.session_uid
+        file = Path(bpy.data.filepath).name or "an unsaved file"
+        command = printable(f"Blender {bpy.app.version_string}, Compare: scene '{scene.name}' of {file}")
+        job = partial(messages.Compare, comparison=to_dict(comparison), out=str(folder), command=command, machine=machine(scene.render))
         data = captured(scene)
-        cycles = Cycles(scene, comparison.reference_spp) if comparison.reference == "CYCLES" else None
-        steps = working(python, data, "compare", job, patience, cycles)
+        steps = working(python, data, job, patience, reference_of(scene, comparison))
 
         def finish(outcome: dict[str, Any]) -> str:
             line = results.store(scene_of(uid), outcome)
@@ -142,13 +135,12 @@ class RLG_OT_inspect(Background):
     bl_label = "Show Q"
 
     def work(self, context: bpy.types.Context, patience: float) -> tuple[str, running.Steps, running.Finish]:
-        scene, comparison = context.scene, context.scene.rl_guiding_comparison
-        compared = methods.all_of(comparison)
-        name = comparison.methods[max(0, min(comparison.active_method, len(compared) - 1))].name
-        out = folder_of(scene) / "learnt" / name
-        probe = list(comparison.probe) if min(comparison.probe) >= 0 else None
-        values = {"settings": to_dict(compared[name]), "pixel": probe, "out": str(out), "machine": machine(scene.render)}
-        steps = working(environment.python(), captured(scene), "inspect", values, patience)
+        scene, active = context.scene, context.scene.rl_guiding_comparison.active_method
+        comparison = read(scene.rl_guiding_comparison, Comparison)
+        name, _ = comparison.methods[max(0, min(active, len(comparison.methods) - 1))]
+        settings, out = to_dict(comparison.compared()[name]), folder_of(scene) / "learnt" / name
+        job = partial(messages.Inspect, settings=settings, out=str(out), pixel=comparison.pixel(), machine=machine(scene.render))
+        steps = working(environment.python(), captured(scene), job, patience)
 
         def finish(outcome: dict[str, Any]) -> str:
             shown = [results.opened(path, f"{name} {Path(path).stem}", _image(f"{name} {Path(path).stem}")) for path in outcome["pictures"]]
@@ -182,7 +174,7 @@ def undo_push(message: str) -> None:
 
 
 class RLG_OT_cancel(bpy.types.Operator):
-    """End what is under way. Finished runs are kept: the next comparison goes on from there."""
+    """End the work under way. Finished runs are kept: the next comparison goes on from there."""
 
     bl_idname = "rl_guided.cancel"
     bl_label = "Cancel"

@@ -10,7 +10,6 @@ from .. import panels
 from ..engine import RLGuided
 from ..text import draw_text
 from . import results, running
-from .properties import REFERENCES
 from .show_operators import KINDS
 
 _NOT_OF_A_METHOD = {"spp", "seconds", "passes", "denoise"}  # one for all methods, or without meaning in a comparison
@@ -63,7 +62,7 @@ def _draw_reference(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGr
     column.prop(comparison, "reference")
     column.prop(comparison, "reference_file" if comparison.reference == "FILE" else "reference_spp")
     if comparison.reference == "CYCLES":
-        about = next(item[2] for item in REFERENCES if item[0] == "CYCLES")
+        about = comparison.bl_rna.properties["reference"].enum_items["CYCLES"].description
         draw_text(column.column(align=True), about, context, "INFO")
 
 

@@ -1,4 +1,4 @@
-"""What of a comparison is saved in the .blend, as `scene.rl_guiding_comparison`: what is asked for, and what came out."""
+"""The part of a comparison that a .blend keeps, as `scene.rl_guiding_comparison`: the settings, and the results."""
 
 # pyright: reportInvalidTypeForm=false
 # Blender's properties are declared as annotations.
@@ -6,32 +6,15 @@
 import bpy
 
 from blender_rl_guiding import measures
+from blender_rl_guiding.comparison import Comparison
 
-from ..properties import RENDER_GROUP
-
-_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"}  # a path may begin with //, the folder of the .blend
+from ..properties import declared
 
 # Numbers of menu items are what files keep: never give one to another item.
-BUDGETS = [
-    ("SAMPLES", "Samples", "Every method takes the same number of samples per pixel", 0),
-    ("SECONDS", "Time", "Every method renders for the same time, learning included. Images then depend on the machine", 1),
-]
-REFERENCES = [
-    ("OWN", "Long Render", "Rendered once by this renderer without a learnt guide, and kept for the next time", 0),
-    ("CYCLES", "Cycles", "Rendered by Cycles. It is another renderer: differences between the two count as errors, too", 1),
-    ("FILE", "File", "An EXR image of the same size", 2),
-]
 MEASURES = [(*measure, number) for number, measure in enumerate(measures.MEASURES)]
 
 
 CHOSEN: set[str] = set()  # folders that were chosen since Blender started, here and not in a file
-
-
-class RLG_method(bpy.types.PropertyGroup):
-    """A method to compare: a name and the settings of a render."""
-
-    name: bpy.props.StringProperty(name="Name", description="Name of the method; its results are in a folder of this name")
-    settings: bpy.props.PointerProperty(type=RENDER_GROUP)
 
 
 class RLG_result(bpy.types.PropertyGroup):
@@ -69,45 +52,27 @@ class RLG_picture(bpy.types.PropertyGroup):
     image: bpy.props.PointerProperty(type=bpy.types.Image)
 
 
-class RLG_comparison(bpy.types.PropertyGroup):
-    """A comparison of methods on this scene."""
+_METHODS, _ASKED = declared(Comparison(), "RLG_comparison")
 
-    methods: bpy.props.CollectionProperty(type=RLG_method)
+
+class _Asked:
+    """The properties of a `Comparison`."""
+
+    __annotations__ = _ASKED
+
+
+class RLG_comparison(_Asked, bpy.types.PropertyGroup):
+    """A comparison of methods on this scene: what is asked for, where it goes, and what came out."""
+
     active_method: bpy.props.IntProperty(name="Active Method")
-    budget: bpy.props.EnumProperty(items=BUDGETS, name="Budget", description="What every method may spend")
-    spp: bpy.props.IntProperty(name="Samples", description="Samples per pixel of each method", default=32, min=1, max=1_000_000)
-    seconds: bpy.props.FloatProperty(
-        name="Time", description="Seconds of rendering and learning of each method", default=10, min=0.1, unit="TIME_ABSOLUTE"
-    )
-    seeds: bpy.props.IntProperty(
-        name="Seeds",
-        description="Runs of each method, with one seed after the other; two or more give error bars",
-        default=1,
-        min=1,
-        max=1000,
-    )
-    reference: bpy.props.EnumProperty(items=REFERENCES, name="Reference", description="The image that errors are measured against")
-    reference_spp: bpy.props.IntProperty(
-        name="Samples", description="Samples per pixel of the reference, at least", default=1024, min=1, max=10_000_000
-    )
-    reference_file: bpy.props.StringProperty(
-        name="File", description="An EXR image, linear, of the scene's size", subtype="FILE_PATH", options=_RELATIVE
-    )
     folder: bpy.props.StringProperty(
         name="Folder",
         description="Where runs and report go, in a folder of the scene's name",
         subtype="DIR_PATH",
         default="//rl_guided/",
-        options=_RELATIVE,
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},  # it may begin with //, the folder of the .blend
         update=lambda self, context: CHOSEN.add(bpy.path.abspath(self.folder)),
     )
-    use_probe: bpy.props.BoolProperty(
-        name="Probe", description="Show what methods have learnt of the light that arrives at the point that a pixel sees", default=True
-    )
-    probe: bpy.props.IntVectorProperty(
-        name="Pixel", description="Column and row from the top left; -1 takes the middle of the width at four fifths of the height",
-        size=2, default=(-1, -1), min=-1,
-    )  # fmt: skip
     measure: bpy.props.EnumProperty(items=MEASURES, name="Error", description="The measure that the table shows")
 
     results: bpy.props.CollectionProperty(type=RLG_result)
@@ -118,7 +83,7 @@ class RLG_comparison(bpy.types.PropertyGroup):
     page: bpy.props.StringProperty(description="The report, a page of HTML", subtype="FILE_PATH")
 
 
-_GROUPS = (RLG_method, RLG_result, RLG_picture, RLG_comparison)
+_GROUPS = (*_METHODS, RLG_result, RLG_picture, RLG_comparison)
 
 
 def register() -> None:

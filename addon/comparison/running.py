@@ -1,4 +1,4 @@
-"""Long work beside the user's: steps of a generator, taken by a timer so that Blender stays responsive, or all at once by a command.
+"""Long work in the background. A timer takes the steps of a generator, so that Blender stays responsive; a command takes all at once.
 
 One piece of work at a time. A modal operator would hold back autosave for as long as it runs, so there is none.
 """
@@ -21,7 +21,7 @@ class Status(NamedTuple):
 
     text: str
     share: float  # 0..1 of what the text names
-    note: str = ""  # what is to be told now, once: a line that stays
+    note: str = ""  # a line that stays, told once
 
 
 Steps = Generator[Status, None, dict[str, Any]]  # returns the outcome; InputError is a line for the user
@@ -41,14 +41,14 @@ class Work:
 
     @property
     def line(self) -> str:
-        """What it does, and since when."""
+        """The step under way, and the time since the beginning."""
         minutes, seconds = divmod(int(time.monotonic() - self.began), 60)
         return f"{self.status.text} | {minutes:02}:{seconds:02}"
 
 
 @dataclass
 class State:
-    """What there is to show: work under way, or the last words of work that has ended."""
+    """The work under way, or the last words of work that has ended."""
 
     work: Work | None = None
     last_words: str = ""
@@ -59,7 +59,7 @@ STATE = State()
 
 
 def start(label: str, steps: Steps, finish: Finish) -> None:
-    """Begin. InputError if something is under way already."""
+    """Begin. InputError while other work is under way."""
     if STATE.work:
         raise InputError(f"{STATE.work.label} is still under way: wait for its end, or cancel it")
     STATE.work, STATE.last_words = Work(label, steps, finish), ""
@@ -67,7 +67,7 @@ def start(label: str, steps: Steps, finish: Finish) -> None:
 
 
 def complete(label: str, steps: Steps, finish: Finish, on_status: Callable[[Status], None] = lambda status: None) -> str:
-    """Do all of it before returning the line that `finish` gives. InputError where it fails, or something else is under way."""
+    """Do all of it; returns the line of `finish`. InputError where it fails, or while other work is under way."""
     if STATE.work:
         raise InputError(f"{STATE.work.label} is still under way: wait for its end, or cancel it")
     while True:
@@ -78,7 +78,7 @@ def complete(label: str, steps: Steps, finish: Finish, on_status: Callable[[Stat
 
 
 def cancel(why: str = "Cancelled: finished runs are kept, and the next comparison goes on from there") -> None:
-    """End the work under way, if there is any."""
+    """End the work under way, if any."""
     if STATE.work:
         STATE.work.steps.close()  # which ends the renderer
         _end(why, failed=False)
@@ -87,7 +87,7 @@ def cancel(why: str = "Cancelled: finished runs are kept, and the next compariso
 
 
 def _look() -> float | None:
-    """Take what steps there are; gives the seconds until the next look."""
+    """Take the steps that are ready; returns the seconds until the next look."""
     work = STATE.work
     if work is None:
         return None
@@ -130,7 +130,7 @@ def redraw() -> None:
 
 @bpy.app.handlers.persistent
 def _on_load(*_: Any) -> None:
-    """What is under way is about the file that is being closed."""
+    """End the work under way: it belongs to the file that is being closed."""
     cancel("Cancelled, for another file was opened: finished runs are kept")
 
 
@@ -140,7 +140,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """End what is under way."""
+    """End the work under way."""
     cancel()
     STATE.last_words = ""
     bpy.app.handlers.load_pre.remove(_on_load)

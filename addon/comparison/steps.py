@@ -1,6 +1,7 @@
-"""What a comparison does outside of Blender, step by step: a reference by Cycles if wanted, then the worker's job."""
+"""Work outside of Blender, step by step: a reference by Cycles if wanted, then a job of the worker."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,24 +23,28 @@ from .running import Status, Steps
 _CYCLES = Path(__file__).resolve().parents[1] / "cycles_reference.py"
 
 
-def working(python: Path, scene: SceneData, job: str, values: dict[str, Any], patience: float, cycles: "Cycles | None" = None) -> Steps:
-    """Have the worker do a job about a scene; returns what it tells in `done`, with its notes under "notes".
+JobOn = Callable[[str], messages.Job]  # makes the job, given the path of the scene's bundle
 
-    Each step waits for at most `patience` seconds. Closed early, nothing that it started goes on.
+
+def working(python: Path, scene: SceneData, job: JobOn, patience: float, cycles: "Cycles | None" = None) -> Steps:
+    """Have the worker do a job on a scene; returns the fields of its `done`, with its notes under "notes".
+
+    `cycles`: renders the reference first.
+    `patience`: seconds that a step waits, at most.
+    Closed early, it ends all that it started.
     """
     status, notes = Status("Starting the renderer", 0.0), []
     with temporary_folder() as folder, worker_client.borrowed(python) as worker:
-        if cycles:
-            file = Path(folder, "cycles.exr")
-            yield from cycles.render(file, patience)
-            values = values | {"reference": {"file": str(file), "about": cycles.about}}
         bundle = Path(folder, f"{scene.name}.npz")
+        asked = job(str(bundle))
+        if cycles and isinstance(asked, messages.Compare):
+            asked = replace(asked, cycles=(yield from cycles.render(Path(folder, "cycles.exr"), patience)))
         save(scene, bundle)
-        worker.send(job, bundle=str(bundle), **values)
+        worker.send(asked)
         while True:
             event = worker.event(patience)
             if event["event"] == "done":
-                return _outcome(job, event) | {"notes": notes}
+                return _outcome(messages.name_of(asked), event) | {"notes": notes}
             if event["event"] == "status":
                 status = Status(event["text"], event["share"])
             elif event["event"] == "pass":
@@ -62,7 +67,7 @@ class Cycles:
     """A reference by Cycles, rendered by a Blender of its own from a copy of the open file as it is now."""
 
     def __init__(self, scene: bpy.types.Scene, spp: int) -> None:
-        self.about = f"Cycles {bpy.app.version_string}, another renderer; {spp} samples per pixel"
+        self._about = f"Cycles {bpy.app.version_string}, another renderer; {spp} samples per pixel"
         self._scene, self._spp = scene.name, spp
         self._folder = temporary_folder()
         self._file = Path(self._folder.name, "scene.blend")
@@ -71,7 +76,7 @@ class Cycles:
         except RuntimeError as error:
             raise InputError(f"cannot hand the scene to Cycles: {' '.join(str(error).split())}") from error
 
-    def render(self, path: Path, patience: float) -> Iterator[Status]:
+    def render(self, path: Path, patience: float) -> Generator[Status, None, messages.Reference]:
         """Render into an EXR file. InputError where Cycles fails."""
         status = Status(f"Reference by Cycles, {self._spp} samples per pixel", 0.0)
         with self._folder, running([*command(_CYCLES), str(self._file), self._scene, str(self._spp), str(path)]) as child:
@@ -79,3 +84,4 @@ class Cycles:
                 yield status
             if child.process.returncode or not path.exists():
                 raise InputError(f"Cycles did not render the reference: it {child.fate()}")
+        return messages.Reference(str(path), self._about)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from blender_rl_guiding import report
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.experiments.runner import Experiment, run
 from blender_rl_guiding.report import handover
 from blender_rl_guiding.scene.bundle import load
@@ -35,7 +36,8 @@ class Silent:
 
 def experiment(bundle: Path, folder: Path, methods: dict[str, Render] = METHODS, seeds: int = 1) -> Experiment:
     """A comparison on the scene of a bundle."""
-    return Experiment(folder, (load(bundle),), methods, tuple(range(seeds)), 1, "rlg compare")
+    asked = Comparison(tuple(methods.items()), budget="EACH", seeds=seeds, reference_spp=1)
+    return Experiment(folder, (load(bundle),), asked, "rlg compare")
 
 
 def compared(bundle: Path, folder: Path, jobs: int = 1, **values: Any) -> int:

@@ -10,6 +10,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import QTable, Render
 
@@ -105,12 +106,13 @@ def jobs(bundle: Path, folder: Path, guide: Any = None) -> list[dict[str, Any]]:
     """A job of each kind. Each takes little time."""
     settings = to_dict(Render(spp=1, seconds=0.5, guide=guide or QTable(cells=4, recorded=500)))
     about = {"bundle": str(bundle), "settings": settings, "machine": {"threads": 2}, "out": "run"}
-    compared = {"methods": {"bsdf": to_dict(Render(spp=1, seconds=0.5))}, "seeds": [0], "reference": {"spp": 1}, "command": "rlg compare"}
+    methods = (("bsdf", Render(spp=1, seconds=0.5)),)
+    compared = to_dict(Comparison(methods, budget="EACH", reference_spp=1, probe=(4, 6)))
     return [
         {"job": "prepare", "settings": settings},
         {"job": "render", "frames": str(folder / "frames"), "method": "qtable", **about},
         {"job": "inspect", "pixel": [4, 6], **about},
-        {"job": "compare", "bundle": str(bundle), "out": "compared", "probe": [4, 6], "jobs": 1, **compared},
+        {"job": "compare", "bundle": str(bundle), "out": "compared", "comparison": compared, "command": "rlg compare", "jobs": 1},
         {"job": "rest"},
         {"job": "wake"},
     ]

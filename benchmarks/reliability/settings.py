@@ -4,7 +4,8 @@ import json
 import random
 from pathlib import Path
 
-from blender_rl_guiding.schema import flags, from_dict, override, to_dict
+from blender_rl_guiding.flat import flags, override
+from blender_rl_guiding.schema import from_dict, to_dict
 from blender_rl_guiding.settings import PRESETS, Machine, Render, method
 
 from . import mutations

@@ -8,23 +8,23 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
 from rich.console import Console
 
-from .. import schema
-from ..catalogue import CATALOGUE, chosen
+from ..catalogue import CATALOGUE, Entry, chosen
+from ..comparison import Comparison
 from ..errors import InputError
 from ..experiments.progress import Progress, Terminal
-from ..flags import chosen_methods, given, render_settings
+from ..flags import comparison, comparison_of_methods, failed_runs, render_settings, tell_losses
+from ..flags import machine_of
 from ..locks import writing
 from ..notices import tell
 from ..scene.view import chosen_view
-from ..settings import Machine, Render
+from ..settings import Render
 from ..strings import say
-from .parser import parser
+from .parser import SEEDS, parser
 
 INTERRUPTED = 130  # what a shell expects after Ctrl-C
 
@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser(COMMANDS).parse_args(arguments)
     try:
         options.command(options)
-    except (InputError, schema.SettingsError, FloatingPointError) as error:
+    except (InputError, FloatingPointError) as error:
         say(f"rlg: {error}", sys.stderr)
         return 2
     except KeyboardInterrupt as interrupt:
@@ -63,9 +63,7 @@ def _export(options: argparse.Namespace) -> None:
 
     with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
-    for loss in coverage:
-        say(": ".join(filter(None, (loss.object, loss.where, loss.detail))))
-    say(f"wrote {options.bundle}, {len(coverage) or 'nothing'} left out or replaced")
+    tell_losses(options.bundle, coverage)
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -76,7 +74,7 @@ def _render(options: argparse.Namespace) -> None:
         with _asked_for(options, settings) as (task, progress), progress.bar(task.scene.name, 1) as advance:
             from ..experiments.produce import produce
 
-            produce(task, _machine(options), lambda pace: advance(pace.share))
+            produce(task, machine_of(options), lambda pace: advance(pace.share))
         say(options.out / "image.exr")
 
 
@@ -94,7 +92,7 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
                 view,
                 options.frames,
                 settings,
-                _machine(options),
+                machine_of(options),
                 options.preset or "",
                 progress,
                 options.blender,
@@ -111,7 +109,7 @@ def _inspect(options: argparse.Namespace) -> None:
     settings = render_settings(options, Render())
     inspection.check(settings.guide)
     with _asked_for(options, settings) as (task, progress):
-        pictures = inspection.inspect(task, options.pixel, _machine(options), progress)
+        pictures = inspection.inspect(task, options.pixel, machine_of(options), progress)
     for path in (options.out / "image.exr", *pictures):
         say(path)
 
@@ -124,28 +122,17 @@ def _asked_for(options: argparse.Namespace, settings: Render) -> Iterator[tuple[
         from ..render import warm_up
 
         with progress.bar("compiling kernels (once after an update)", 1):
-            warm_up(settings.guide, _machine(options))
+            warm_up(settings.guide, machine_of(options))
         yield Task(options.out, opened(), settings, options.preset or "", keeps_unfinished=True), progress
 
 
 def _compare(options: argparse.Namespace) -> None:
-    from ..experiments.references import Given
     from ..experiments.runner import Experiment, run
 
-    methods = chosen_methods(options)
-    first, given_file = next(iter(methods.values())).seed, options.reference
+    asked = comparison_of_methods(options)
     with Terminal() as progress:
-        experiment = Experiment(
-            folder=options.out,
-            scenes=tuple(_open(path, options, progress) for path in options.scenes),
-            methods=methods,
-            seeds=tuple(range(first, first + options.seeds)),
-            reference_spp=options.reference_spp,
-            command=_command(),
-            probe=options.probe,
-            given=Given(given_file, given_file.name) if given_file else None,
-        )
-        failed = run([experiment], _machine(options), options.jobs, progress)
+        scenes = tuple(_open(path, options, progress) for path in options.scenes)
+        failed = run([Experiment(options.out, scenes, asked, _command())], machine_of(options), options.jobs, progress)
     _tell([options.out], failed)
 
 
@@ -157,20 +144,19 @@ def _sweep(options: argparse.Namespace) -> None:
     with Terminal() as progress:
         scenes = {name: _open(path, options, progress) for name, path in paths.items()}
         experiments = [
-            Experiment(
-                folder=options.out / name,
-                scenes=tuple(scenes[scene] for scene in entry.scenes),
-                methods={m: replace(settings, spp=options.spp or settings.spp) for m, settings in entry.methods.items()},
-                seeds=tuple(range(options.seeds)),
-                reference_spp=options.reference_spp,
-                command=_command(),
-                name=name,
-                probe=options.probe,
-            )
+            Experiment(options.out / name, tuple(scenes[scene] for scene in entry.scenes), _swept(entry, options), _command(), name)
             for name, entry in entries.items()
         ]
-        failed = run(experiments, _machine(options), options.jobs, progress)
+        failed = run(experiments, machine_of(options), options.jobs, progress)
     _tell([experiment.folder for experiment in experiments], failed)
+
+
+def _swept(entry: Entry, options: argparse.Namespace) -> Comparison:
+    """The comparison of an experiment of the slides."""
+    methods = tuple(entry.methods.items())
+    if options.spp:
+        return comparison(options, Comparison(methods, budget="SAMPLES", spp=options.spp, seeds=SEEDS))
+    return comparison(options, Comparison(methods, budget="EACH", seeds=SEEDS))
 
 
 def _scene_file(folder: Path, name: str) -> Path:
@@ -190,10 +176,10 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
-    """Write the reports and print their summaries. InputError in the end on all that they lack: runs that failed, and what is damaged."""
+    """Write the reports and print their summaries. InputError at the end names failed runs and damaged files."""
     from .. import report
 
-    lacking = [f"{failed} of the runs failed, as told above; the same command tries them again"] * (failed > 0)
+    lacking = [failed_runs(failed)] if failed else []
     damaged: list[str] = []
     for folder in folders:
         try:
@@ -219,7 +205,7 @@ def _metrics(options: argparse.Namespace) -> None:
 
 
 def _alone(command: Callable[[argparse.Namespace], None]) -> Callable[[argparse.Namespace], None]:
-    """A command that nobody else writes to the same folders with."""
+    """The command, while no other process writes to its folders."""
 
     def run(options: argparse.Namespace) -> None:
         folders = [options.out / name for name in chosen(options.names)] if "names" in options else [options.out]
@@ -241,10 +227,6 @@ COMMANDS = {
 
 
 # --- what commands have in common -------------------------------------------------------------------------------------------------
-
-
-def _machine(options: argparse.Namespace) -> Machine:
-    return schema.override(Machine(), given(options, Machine))
 
 
 def _open(path: Path, options: argparse.Namespace, progress: Progress) -> Any:

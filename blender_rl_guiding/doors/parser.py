@@ -1,4 +1,4 @@
-"""What can be typed after `rlg`."""
+"""The commands, flags and help of `rlg`."""
 
 import argparse
 from collections.abc import Callable, Mapping
@@ -6,15 +6,16 @@ from pathlib import Path
 
 from .. import __version__
 from ..catalogue import CATALOGUE
-from ..flags import Parser, add_blender, add_experiment, add_export, add_flags, add_methods, add_reference, add_render, positive
+from ..flags import Parser, add_blender, add_comparison, add_export, add_flags, add_methods, add_render, positive
 from ..scene.view import add_view, frame_range
 from ..settings import Machine
 
+SEEDS = 5  # of a sweep, unless others are asked for
 _SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
 
 def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> argparse.ArgumentParser:
-    """The commands, flags and help of `rlg`. What is parsed has the command's function, by its name in `functions`, as `command`."""
+    """The parser of `rlg`. Parsed options have the command's function as `command`; `functions` has it by the command's name."""
     rlg = Parser(prog="rlg", description="Render Blender scenes with learnt path guiding, and compare methods.")
     rlg.add_argument("--version", action="version", version=__version__)
     commands = rlg.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
@@ -32,10 +33,10 @@ def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> arg
     render = command("render", "Render a scene or an animation: writes image.exr, image.png and result.json.")
     add_render(render)
     add_blender(render)
-    text = "an animation, or every S-th frame of it, into image-0001.exr and so on; skips what is done, so that it goes on where it ended"
+    text = "an animation, or every S-th frame of it, into image-0001.exr and so on; skips finished frames, and so goes on where it ended"
     add_view(render).add_argument("--frames", type=frame_range, metavar="A..B[..S]", help=text)
 
-    inspect = command("inspect", "Render a scene and show what was learnt: writes states.png and q.png, too.")
+    inspect = command("inspect", "Render a scene, and show what was learnt: writes states.png and q.png, too.")
     text = "where to show it, from the top left (default: the middle of the width at four fifths of the height)"
     inspect.add_argument("--pixel", type=int, nargs=2, metavar=("X", "Y"), help=text)
     add_render(inspect)
@@ -44,7 +45,7 @@ def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> arg
 
     compare = command("compare", "Render scenes by several methods and report: writes report.html, tables and figures.")
     compare.add_argument("scenes", type=Path, nargs="+", metavar="SCENE", help="a .blend or a bundle")
-    add_reference(add_experiment(compare, seeds=1))
+    add_comparison(compare, seeds=1, files=True)
     add_blender(compare)
     add_view(compare)
     add_methods(compare, required=True)
@@ -53,7 +54,7 @@ def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> arg
     sweep.add_argument("names", nargs="+", metavar="NAME", help=f"{', '.join(CATALOGUE)}, or all of them: all")
     sweep.add_argument("--spp", type=positive, metavar="N", help="samples per pixel instead of the slides' 32")
     sweep.add_argument("--scenes", type=Path, default=_SCENES, metavar="DIR", help="where the scenes are (default: the project's)")
-    add_experiment(sweep, seeds=5)
+    add_comparison(sweep, SEEDS, files=False)
     add_blender(sweep)
     add_flags(sweep, Machine)
 

@@ -19,11 +19,12 @@ from typing import Any, TextIO
 import numpy as np
 
 from .. import __version__, messages
+from ..comparison import Comparison
 from ..errors import InputError, atomic
 from ..locks import writing
 from ..notices import heard_by, tell
 from ..pace import Pace
-from ..schema import SettingsError, from_dict
+from ..schema import from_dict
 from ..settings import Machine, Render
 from ..strings import printable
 from ..typed import MalformedError
@@ -141,26 +142,16 @@ def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
 
 
 def compare(job: messages.Compare, events: Events) -> None:
-    """See `messages.Compare`. `done` tells what `handover.handed_over` does, and how many runs failed."""
+    """See `messages.Compare`. `done` has the fields of `handover.handed_over`, and the number of runs that failed."""
     from .. import report
     from ..experiments.references import Given
     from ..experiments.runner import Experiment, run
     from ..report import handover
     from ..scene.bundle import load
 
-    folder, asked = Path(job.out), job.reference
-    if (asked.spp is None) == (asked.file is None):
-        raise InputError("a reference is either a number of samples or a file")
-    experiment = Experiment(
-        folder=folder,
-        scenes=(load(Path(job.bundle)),),
-        methods={name: from_dict(Render, settings) for name, settings in job.methods.items()},
-        seeds=job.seeds,
-        reference_spp=asked.spp or 0,
-        command=job.command,
-        probe=job.probe,
-        given=Given(Path(asked.file), asked.about) if asked.file else None,
-    )
+    folder, asked = Path(job.out), from_dict(Comparison, job.comparison)
+    cycles = Given(Path(job.cycles.file), job.cycles.about) if job.cycles else None
+    experiment = Experiment(folder, (load(Path(job.bundle)),), asked, job.command, cycles=cycles)
     failed = run([experiment], from_dict(Machine, job.machine), job.jobs, events)
     with events.bar("Report", 1):
         results = report.write(folder)
@@ -215,7 +206,7 @@ def main() -> None:
             _do(job, events)
         except MalformedError as error:
             events.send("error", text=f"the renderer cannot take this job: {error}")
-        except (InputError, SettingsError, FloatingPointError, OSError) as error:
+        except (InputError, FloatingPointError, OSError) as error:
             events.send("error", text=printable(str(error)))
 
 

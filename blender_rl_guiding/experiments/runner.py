@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from ..comparison import Comparison
 from ..errors import InputError, atomic, check_inside
 from ..images import sha256, write_exr
 from ..notices import tell
@@ -16,8 +17,8 @@ from ..render.checkpoint import in_folder
 from ..report import result_file
 from ..report.result_file import Record
 from ..scene.data import SceneData
-from ..settings import BSDF, MOST_METHODS, MOST_RUNS, Machine, Render
-from ..strings import fault_of_name
+from ..settings import BSDF, MOST_RUNS, Machine, Render
+from ..strings import fault_of_name, printable
 from .forecast import Forecast
 from .pool import Outcome, perform_all
 from .probe import Point, pixel_of
@@ -29,17 +30,24 @@ from .truth import kept
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is compared; the first method is the baseline."""
+    """A comparison on some scenes, and the folder for its runs."""
 
     folder: Path
     scenes: tuple[SceneData, ...]
-    methods: dict[str, Render]  # by name
-    seeds: tuple[int, ...]
-    reference_spp: int
+    comparison: Comparison
     command: str  # how it was started, for the report
     name: str = ""  # in the catalogue; empty for one that is not from there
-    probe: Sequence[int] | None = None  # column and row of the pixel where to show what is learnt; None chooses one
-    given: Given | None = None  # the reference, instead of one of `reference_spp` samples; for experiments on one scene
+    cycles: Given | None = None  # the reference by Cycles, where the comparison asks for that
+
+    @property
+    def given(self) -> Given | None:
+        """The reference that is a file; None where this renderer makes it. InputError where nobody has made it."""
+        file = self.comparison.reference_file
+        if self.comparison.reference == "FILE":
+            return Given(file, printable(file.name))
+        if self.comparison.reference == "CYCLES" and not self.cycles:
+            raise InputError("a reference by Cycles is made in Blender alone: compare there, or choose another reference")
+        return self.cycles
 
 
 def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress: Progress) -> int:
@@ -91,8 +99,8 @@ class _Place(NamedTuple):
 def _places(experiment: Experiment) -> Iterator[_Place]:
     """All runs; a seed is done by all methods before the next, so that an early report is fair."""
     for scene in experiment.scenes:
-        for seed in experiment.seeds:
-            for name, method in experiment.methods.items():
+        for seed in experiment.comparison.all_seeds():
+            for name, method in experiment.comparison.compared().items():
                 yield _Place(scene, name, experiment.folder / scene.name / name / f"seed-{seed}", replace(method, seed=seed))
 
 
@@ -138,7 +146,7 @@ def _prepare(experiments: Sequence[Experiment], due: Sequence[_Place], machine: 
 
 def _compile_kernels(experiments: Sequence[Experiment], machine: Machine, progress: Progress) -> None:
     """Have all code compiled before anything is timed, and before processes start that would each compile it."""
-    methods = (settings for experiment in experiments for settings in experiment.methods.values())
+    methods = (settings for experiment in experiments for _, settings in experiment.comparison.methods)
     guides = {type(settings.guide): settings.guide for settings in methods}
     with progress.bar("compiling kernels (once after an update)", len(guides) + 1) as advance:
         for done, guide in enumerate([BSDF(), *guides.values()]):
@@ -147,67 +155,75 @@ def _compile_kernels(experiments: Sequence[Experiment], machine: Machine, progre
 
 
 def _describe(experiment: Experiment) -> None:
-    names = [scene.name for scene in experiment.scenes]
-    if (count := len(experiment.methods)) > MOST_METHODS:
-        raise InputError(f"{experiment.folder}: an experiment of {count} methods; {MOST_METHODS} are the most")
-    if (count := len(names) * len(experiment.methods) * len(experiment.seeds)) > MOST_RUNS:
-        raise InputError(f"{experiment.folder}: an experiment of {count} runs; {MOST_RUNS} are the most")
-    if doubles := {name for name in names if names.count(name) > 1}:
-        raise InputError(f"two scenes are called {min(doubles)!r}: their results would share a folder")
-    for name in (*names, *experiment.methods):
-        if fault := fault_of_name(name):
-            raise InputError(f"{name!r} {fault}")
-    if experiment.given and len(names) > 1:
-        raise InputError(f"{experiment.given.path} cannot be the reference of {len(names)} scenes")
-    for _, _, place, _ in _places(experiment):
-        check_inside(experiment.folder, place)
-    for file in ("experiment.json", *(f"{name}/{file}" for name in names for file in ("reference.exr", "probe.json"))):
-        check_inside(experiment.folder, experiment.folder / file)
-    for scene in experiment.scenes:
-        pixel_of(scene, experiment.probe)
-        if experiment.given:
-            read_given(experiment.given, scene)
+    """Write experiment.json. InputError where the experiment cannot be."""
+    _check(experiment)
+    asked, given = experiment.comparison, experiment.given
+    names = [name for name, _ in asked.methods]
     plan = {
         "name": experiment.name,
-        "scenes": names,
-        "methods": list(experiment.methods),
-        "seeds": list(experiment.seeds),
-        "baseline": next(iter(experiment.methods)),
+        "scenes": [scene.name for scene in experiment.scenes],
+        "methods": names,
+        "seeds": list(asked.all_seeds()),
+        "baseline": names[0],
         "command": experiment.command,
-        "reference": experiment.given.about if experiment.given else f"{experiment.reference_spp} samples per pixel or more",
+        "reference": given.about if given else f"{asked.reference_spp} samples per pixel or more",
     }
     with atomic(experiment.folder / "experiment.json") as part:
         part.write_text(json.dumps(plan, indent=1), encoding="utf-8")
 
 
-def _max_bounces(experiment: Experiment) -> int:
-    bounces = {settings.max_bounces for settings in experiment.methods.values()}
-    if len(bounces) > 1:
-        raise InputError(f"the methods trace paths of different lengths ({sorted(bounces)} bounces): they have no common reference")
-    return bounces.pop()
+def _check(experiment: Experiment) -> None:
+    """InputError where a comparison cannot be on these scenes, or in this folder."""
+    names = [scene.name for scene in experiment.scenes]
+    asked, given = experiment.comparison, experiment.given
+    if (count := len(names) * len(asked.methods) * asked.seeds) > MOST_RUNS:
+        raise InputError(f"{experiment.folder}: an experiment of {count} runs; {MOST_RUNS} are the most")
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two scenes are called {name!r}: their results would share a folder")
+        if fault := fault_of_name(name):
+            raise InputError(f"{name!r} {fault}")
+    if given and len(names) > 1:
+        raise InputError(f"{given.path} cannot be the reference of {len(names)} scenes")
+    _check_folder(experiment)
+    for scene in experiment.scenes:
+        pixel_of(scene, asked.pixel())
+        if given:
+            read_given(given, scene)
+
+
+def _check_folder(experiment: Experiment) -> None:
+    """InputError where a file of the experiment would lie outside of its folder."""
+    for place in _places(experiment):
+        check_inside(experiment.folder, place.folder)
+    beside = [f"{scene.name}/{file}" for scene in experiment.scenes for file in ("reference.exr", "probe.json")]
+    for file in ("experiment.json", *beside):
+        check_inside(experiment.folder, experiment.folder / file)
 
 
 def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Judge:
-    """What the scene's runs are judged by; it is written beside them."""
+    """The judge of the scene's runs. Its image is written beside them."""
     path = experiment.folder / scene.name / "reference.exr"
-    if experiment.given:
-        truth, digest = read_given(experiment.given, scene)
-        write_exr(path, truth, {"scene_key": scene.key, "sha256": digest, "about": experiment.given.about})
+    if given := experiment.given:
+        truth, digest = read_given(given, scene)
+        write_exr(path, truth, {"scene_key": scene.key, "sha256": digest, "about": given.about})
         return Judge(truth, digest)
-    tell(f"{scene.name}: reference of {experiment.reference_spp} samples per pixel, kept for the next time", again=True)
+    spp = experiment.comparison.reference_spp
+    tell(f"{scene.name}: reference of {spp} samples per pixel, kept for the next time", again=True)
     with progress.bar(f"{scene.name}: reference", 1) as advance:
-        truth = reference(scene, _max_bounces(experiment), experiment.reference_spp, machine, advance)
-    write_exr(path, truth, {"scene_key": scene.key, "sha256": sha256(truth), "spp": str(experiment.reference_spp)})
+        truth = reference(scene, experiment.comparison.max_bounces(), spp, machine, advance)
+    write_exr(path, truth, {"scene_key": scene.key, "sha256": sha256(truth), "spp": str(spp)})
     return Judge(truth, RENDERED)
 
 
 def _probe(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Point | None:
     """The point where to ask what is learnt, if anything is; the truth there is in the scene's folder."""
-    if not any(settings.guide.learns for settings in experiment.methods.values()):
+    asked = experiment.comparison
+    if not asked.use_probe or not any(settings.guide.learns for _, settings in asked.methods):
         return None
-    pixel, path = pixel_of(scene, experiment.probe), experiment.folder / scene.name / "probe.json"
+    pixel, path = pixel_of(scene, asked.pixel()), experiment.folder / scene.name / "probe.json"
     with progress.bar(f"{scene.name}: radiance that arrives at pixel {pixel}", 1):
-        point = kept(path, scene, pixel, _max_bounces(experiment), machine)
+        point = kept(path, scene, pixel, asked.max_bounces(), machine)
     if point is None:
         tell(f"{scene.name}: pixel {pixel} sees no surface that reflects: no picture of what is learnt; --probe X Y names another")
     return point

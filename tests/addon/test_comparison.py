@@ -4,6 +4,8 @@ import json
 import os
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import bpy
@@ -14,13 +16,15 @@ from addon import commands, worker_client
 from addon import installation as environment
 from addon.comparison import methods, operators, slots, workspace
 from addon.comparison.panels import RLG_PT_compare_method
-from addon.comparison.properties import BUDGETS, MEASURES, REFERENCES
-from addon.properties import write
+from addon.comparison.properties import MEASURES, RLG_comparison
+from addon.properties import read, write
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.flat import flags
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.render import render
-from blender_rl_guiding.schema import flags
-from blender_rl_guiding.settings import BSDF, DQN, PRESETS, QTable, Render, Uniform, method
+from blender_rl_guiding.schema import entries
+from blender_rl_guiding.settings import BSDF, DQN, PRESETS, RBF, QTable, Render, Uniform, method
 from tests.addon.layout import context, drawn
 
 from .conftest import Export
@@ -139,9 +143,9 @@ def test_the_budget_is_that_of_the_comparison(scene: bpy.types.Scene):
     comparison = scene.rl_guiding_comparison
     methods.add(comparison, "a", Render(spp=7, seconds=3.0))
     comparison.spp = 5
-    assert methods.all_of(comparison) == {"a": Render(spp=5)}
+    assert read(comparison, Comparison).compared() == {"a": Render(spp=5)}
     comparison.budget, comparison.seconds = "SECONDS", 0.3
-    assert methods.all_of(comparison) == {"a": Render(spp=1_000_000, seconds=0.3)}
+    assert read(comparison, Comparison).compared() == {"a": Render(spp=1_000_000, seconds=0.3)}
 
 
 def test_methods_come_from_presets_guides_and_the_scene(scene: bpy.types.Scene):
@@ -208,7 +212,7 @@ def test_a_choice_of_another_version_is_reported(scene: bpy.types.Scene):
     else:
         group["encoder"] = 12345
     with pytest.raises(InputError, match=r"method 'old': its Encoder was chosen in another version"):
-        methods.all_of(comparison)
+        read(comparison, Comparison)
     assert "encoder" in drawn(RLG_PT_compare_method, context(scene)).names, "or it could not be chosen again"
 
 
@@ -221,14 +225,49 @@ def test_a_number_beyond_the_limits_of_this_version_is_reported(scene: bpy.types
     else:
         group["batch"] = -3
     with pytest.raises(InputError, match=r"method 'old': .*batch=-3 is out of range"):
-        methods.all_of(comparison)
+        read(comparison, Comparison)
 
 
-def test_menus_are_saved_by_numbers_that_never_change():
-    assert [(item[0], item[3]) for item in BUDGETS] == [("SAMPLES", 0), ("SECONDS", 1)]
-    assert [(item[0], item[3]) for item in REFERENCES] == [("OWN", 0), ("CYCLES", 1), ("FILE", 2)]
+def test_menus_are_saved_by_numbers_that_never_change(scene: bpy.types.Scene):
+    menus = RLG_comparison.bl_rna.properties
+    assert [(item.identifier, item.value) for item in menus["budget"].enum_items] == [("SAMPLES", 0), ("SECONDS", 1)]
+    assert [(item.identifier, item.value) for item in menus["reference"].enum_items] == [("OWN", 0), ("CYCLES", 1), ("FILE", 2)]
     assert [(item[0], item[3]) for item in MEASURES] == [("mape_display", 0), ("mape", 1), ("relmse", 2), ("flip", 3)]
     assert workspace.NAME == "Compare"
+
+
+OLD = Path(__file__).with_name("comparison-0.1.blend")  # saved by Blender 4.5 before the properties followed from `Comparison`
+
+
+def test_a_file_of_an_earlier_version_has_its_comparisons(exported: list):
+    bpy.ops.wm.open_mainfile(filepath=str(OLD))
+    network = Render(spp=7, seconds=2.5, seed=5, guide=DQN(width=48, encoder=RBF(sigma=0.3)))
+    first = Comparison(
+        methods=(("uniform", Render(nee=False, guide=Uniform())), ("network é", network)),
+        budget="SECONDS",
+        spp=48,
+        seconds=12.5,
+        seeds=3,
+        reference="FILE",
+        reference_spp=2048,
+        reference_file=OLD.with_name("truth.exr"),
+        probe=(6, 9),
+    )
+    saved, other, untouched = (bpy.data.scenes[name].rl_guiding_comparison for name in ("Scene", "Other", "Untouched"))
+    assert read(saved, Comparison) == first
+    assert read(other, Comparison) == replace(first, budget="SAMPLES", reference="CYCLES", use_probe=False)
+    assert (saved.folder, saved.measure, other.measure, saved.active_method) == ("//runs/", "relmse", "flip", 1)
+    assert [(item.name, item.mape, item.seeds) for item in saved.results] == [("uniform", 0.5, 3)]
+    assert (saved.about, saved.page) == ("2048 samples per pixel or more", "//runs/Scene/report.html")
+    untouched.methods.add().name = "plain"
+    assert read(untouched, Comparison) == Comparison((("plain", Render()),)), "defaults are those of the class"
+
+
+def test_the_help_of_the_panel_is_that_of_the_class(scene: bpy.types.Scene):
+    for entry in entries(Comparison):
+        shown = RLG_comparison.bl_rna.properties[entry.name]
+        if not entry.of:
+            assert (shown.name, shown.description) == (entry.label, entry.doc.rstrip("."))
 
 
 def test_commands_give_the_bits_of_the_panel(lit: bpy.types.Scene, run: Export, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
@@ -243,9 +282,13 @@ def test_commands_give_the_bits_of_the_panel(lit: bpy.types.Scene, run: Export, 
     compared = ["--methods", "uniform,bsdf", "--spp", "2", "--reference-spp", "1", "--max-bounces", "2"]
     assert commands.main(["compare", blend, "--out", str(tmp_path / "b"), *compared]) == 0
     assert (tmp_path / "b" / "report.html").exists()
-    assert commands.main(["compare", blend, "--out", str(tmp_path / "c")]) == 0
-    assert {path.parent.parent.name for path in (tmp_path / "c").rglob("result.json")} == {"uniform", "plain", "table"}
+    assert commands.main(["compare", blend, "--out", str(tmp_path / "c"), "--seeds", "2"]) == 0
+    runs = [path.parent for path in (tmp_path / "c").rglob("result.json")]
+    assert {(run.parent.name, run.name) for run in runs} == {*product(("uniform", "plain", "table"), ("seed-0", "seed-1"))}
     capsys.readouterr()
+    for flag, value in (("--reference", "a.exr"), ("--spp", "3")):
+        assert commands.main(["compare", blend, "--out", str(tmp_path / "d"), flag, value]) == 2
+        assert f"{flag[2:]} needs --methods" in capsys.readouterr().err
     assert commands.main(["render", str(tmp_path / "none.blend"), "--out", str(tmp_path / "d")]) == 2
     assert "none.blend" in capsys.readouterr().err
     assert commands.main(["render", blend, "--out", str(tmp_path / "d"), "--sp", "3"]) == 2

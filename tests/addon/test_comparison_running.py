@@ -13,7 +13,7 @@ from addon import installation as environment
 from addon.comparison import picking, running
 from addon.comparison.steps import working
 from benchmarks.cornell import cornell_box
-from blender_rl_guiding import __version__
+from blender_rl_guiding import __version__, messages
 from blender_rl_guiding.errors import InputError
 
 pytestmark = pytest.mark.usefixtures("exported")  # the add-on is registered
@@ -57,6 +57,10 @@ def waiting(log: list[str]) -> running.Steps:
         log.append("ended")
 
 
+def rendering(bundle: str) -> messages.Job:
+    return messages.Render(bundle, {})
+
+
 NOTES = ("takes 90 GB of memory", "goes on from sample 7", "FAILED: table")
 
 
@@ -73,7 +77,7 @@ def telling(tmp_path: Path) -> Path:
 
 
 def test_the_panel_shows_each_note_at_once(telling: Path):
-    running.start("Work", working(telling, cornell_box(), "render", {}, 0.0), str)
+    running.start("Work", working(telling, cornell_box(), rendering, 0.0), str)
     try:
         shown: list[str] = []
         while NOTES[-1] not in shown:
@@ -104,7 +108,7 @@ def test_a_command_prints_each_note_at_once(telling: Path, monkeypatch: pytest.M
 
     monkeypatch.setattr(commands, "say", say)
     with pytest.raises(InputError, match="too little memory"):
-        commands._work(cornell_box(), "render", {})
+        commands._work(cornell_box(), rendering)
     assert [line for line in capsys.readouterr().err.splitlines() if line in NOTES] == [*NOTES]
 
 

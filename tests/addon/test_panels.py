@@ -8,7 +8,8 @@ import pytest
 from addon import panels
 from addon.network_picture import abridged, numbers
 from addon.properties import write
-from blender_rl_guiding.schema import active, entries, flags
+from blender_rl_guiding.flat import active, flags
+from blender_rl_guiding.schema import entries
 from blender_rl_guiding.settings import DQN, RBF, Encoder, Guide, QTable, Render
 from tests.addon.layout import Layout, context, drawn
 
@@ -23,7 +24,7 @@ def shown(scene: bpy.types.Scene) -> dict[str, list[str]]:
 
 
 def _path(owner: bpy.types.PropertyGroup, name: str) -> str:
-    """dqn.encoder for rl_guiding.guide_dqn.encoder, as `schema.flags` has it."""
+    """dqn.encoder for rl_guiding.guide_dqn.encoder, as `flat.flags` has it."""
     group = owner.path_from_id().rpartition(".")[2]
     return name if group == "rl_guiding" else f"{group.partition('_')[2]}.{name}"
 
@@ -75,7 +76,11 @@ def test_conditions_name_choices_of_their_own_class():
 
 def test_labels_are_for_people():
     for name, entry in flags(Render):
-        labels = [entry.label, *entry.choices.values(), *(variant.label for variant in entry.variants.values())]
+        labels = [
+            entry.label,
+            *(choice.label for choice in entry.choices.values()),
+            *(variant.label for variant in entry.variants.values()),
+        ]
         assert all(label[0].isupper() and "_" not in label for label in labels), name
         assert len(set(labels[1:])) == len(labels) - 1, name
     for section in panels.sections(Render):

@@ -9,7 +9,8 @@ import pytest
 from addon import presets
 from addon.properties import read, write
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.schema import override, to_dict
+from blender_rl_guiding.flat import override
+from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.settings import DQN, PRESETS, QTable, Render
 from tests.addon.layout import Layout, context
 

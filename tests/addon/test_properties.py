@@ -8,7 +8,8 @@ import bpy
 import pytest
 
 from addon.properties import read, write
-from blender_rl_guiding.schema import entries, flags
+from blender_rl_guiding.flat import flags
+from blender_rl_guiding.schema import entries
 from blender_rl_guiding.settings import DQN, Encoder, Frequency, Guide, NoEncoding, Render, Uniform
 
 UNUSUAL = Render(

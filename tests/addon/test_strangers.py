@@ -83,7 +83,7 @@ def test_an_active_method_that_there_is_not(comparison: bpy.types.PropertyGroup,
     asked = []
 
     def working(*arguments: object):
-        asked.append(arguments[3])
+        asked.append(arguments[2]("a.npz"))
         raise InputError("enough")
 
     monkeypatch.setattr(operators, "working", working)
@@ -91,4 +91,4 @@ def test_an_active_method_that_there_is_not(comparison: bpy.types.PropertyGroup,
         comparison.active_method = active
         with pytest.raises(RuntimeError, match="enough"):
             bpy.ops.rl_guided.inspect()
-    assert [Path(values["out"]).name for values in asked] == ["table", "table"]
+    assert [Path(job.out).name for job in asked] == ["table", "table"]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from blender_rl_guiding import report
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.doors.worker import Events
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.experiments.references import Given
@@ -15,10 +16,10 @@ from blender_rl_guiding.experiments.runner import Experiment, run
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.images.metrics import mape
 from blender_rl_guiding.report.page import page
-from blender_rl_guiding.settings import BSDF, Machine, Render, Uniform
+from blender_rl_guiding.settings import BSDF, Machine, QTable, Render, Uniform
 from tests import scenes
 
-METHODS = {"uniform": Render(spp=2, guide=Uniform()), "bsdf": Render(spp=2, guide=BSDF())}
+METHODS = ("uniform", Render(spp=2, guide=Uniform())), ("bsdf", Render(spp=2, guide=BSDF()))
 
 
 @pytest.fixture
@@ -30,15 +31,16 @@ def silent() -> Events:
     return Events(Nowhere())
 
 
-def given(folder: Path, brightness: float, size: int = 12) -> Given:
-    path = folder / f"{brightness}.exr"
+def given(folder: Path, brightness: float, size: int = 12) -> Path:
+    path = folder / f"grey {brightness}.exr"
     write_exr(path, np.full((size, size, 3), brightness, np.float32), {})
-    return Given(path, f"grey {brightness}")
+    return path
 
 
-def experiment(folder: Path, given: Given, count: int = 1) -> Experiment:
+def experiment(folder: Path, given: Path, count: int = 1) -> Experiment:
     tiny = tuple(replace(scenes.tiny(12), name=f"tiny{k}") for k in range(count))
-    return Experiment(folder / "out", tiny, METHODS, (0,), 0, "test", given=given)
+    asked = Comparison(METHODS, budget="EACH", reference="FILE", reference_file=given)
+    return Experiment(folder / "out", tiny, asked, "test")
 
 
 def results(folder: Path) -> dict[str, dict]:
@@ -58,7 +60,7 @@ def test_another_reference_judges_anew_without_rendering(compiled: None, silent:
         assert values["metrics"]["mape"] == mape(image, np.full((12, 12, 3), 0.25, np.float32))
         assert values["judged_by"] != before[method]["judged_by"]
         assert not any("mape_display" in entry or "relmse" in entry for entry in values["curve"])
-    assert "(grey 0.25)" in page(report.write(tmp_path / "out"))
+    assert "(grey 0.25.exr)" in page(report.write(tmp_path / "out"))
 
 
 def test_the_same_reference_changes_nothing(compiled: None, silent: Events, tmp_path: Path):
@@ -73,10 +75,20 @@ def test_what_is_no_reference_is_refused(compiled: None, silent: Events, tmp_pat
         run([experiment(tmp_path, given(tmp_path, 0.5, size), count)], Machine(), 1, silent)
 
 
+def test_a_reference_by_cycles_has_to_be_there(compiled: None, silent: Events, tmp_path: Path):
+    by_cycles = replace(experiment(tmp_path, given(tmp_path, 0.5)), comparison=Comparison(METHODS, budget="EACH", reference="CYCLES"))
+    with pytest.raises(InputError, match="a reference by Cycles is made in Blender alone"):
+        run([by_cycles], Machine(), 1, silent)
+    assert not (tmp_path / "out").exists()
+    assert run([replace(by_cycles, cycles=Given(given(tmp_path, 0.5), "Cycles 5.2"))], Machine(), 1, silent) == 0
+    assert json.loads((tmp_path / "out" / "experiment.json").read_text(encoding="utf-8"))["reference"] == "Cycles 5.2"
+
+
 @pytest.mark.parametrize("name", ["a/b", "..", "", "what?", " a"])
-def test_a_name_that_no_folder_can_have_is_refused(name: str, silent: Events, tmp_path: Path):
+def test_a_scene_whose_name_no_folder_can_have_is_refused(name: str, silent: Events, tmp_path: Path):
+    fine = experiment(tmp_path, given(tmp_path, 0.5))
     with pytest.raises(InputError, match="cannot be the name of a file or folder"):
-        run([replace(experiment(tmp_path, given(tmp_path, 0.5)), methods={name: Render()})], Machine(), 1, silent)
+        run([replace(fine, scenes=(replace(fine.scenes[0], name=name),))], Machine(), 1, silent)
 
 
 @pytest.mark.parametrize("link", ["tiny0", "tiny0/bsdf", "tiny0/bsdf/seed-0"])
@@ -91,8 +103,31 @@ def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Eve
     assert not [*(tmp_path / "elsewhere").iterdir()]
 
 
-def test_an_experiment_of_more_methods_than_figures_can_show_is_refused(silent: Events, tmp_path: Path):
-    many = replace(experiment(tmp_path, given(tmp_path, 0.5)), methods={f"m{k}": Render() for k in range(101)})
-    with pytest.raises(InputError, match="101 methods; 100 are the most"):
-        run([many], Machine(), 1, silent)
+def test_a_file_says_what_was_compared(compiled: None, silent: Events, tmp_path: Path):
+    """The keys of experiment.json, which reports of any version read."""
+    assert run([replace(experiment(tmp_path, given(tmp_path, 0.5)), name="slides-a")], Machine(), 1, silent) == 0
+    assert json.loads((tmp_path / "out" / "experiment.json").read_text(encoding="utf-8")) == {
+        "name": "slides-a",
+        "scenes": ["tiny0"],
+        "methods": ["uniform", "bsdf"],
+        "seeds": [0],
+        "baseline": "uniform",
+        "command": "test",
+        "reference": "grey 0.5.exr",
+    }
+
+
+def test_what_is_learnt_is_shown_if_it_is_asked_for(compiled: None, silent: Events, tmp_path: Path):
+    plain = experiment(tmp_path, given(tmp_path, 0.5))
+    learner = replace(plain.comparison, methods=(("table", Render(spp=2, guide=QTable(cells=4, recorded=500))),))
+    for asked in (False, True):
+        out = tmp_path / f"asked-{asked}"
+        assert run([replace(plain, folder=out, comparison=replace(learner, use_probe=asked))], Machine(), 1, silent) == 0
+        assert (out / "tiny0" / "probe.json").exists() == asked
+
+
+def test_more_runs_than_a_report_can_show_are_refused(silent: Events, tmp_path: Path):
+    fine = experiment(tmp_path, given(tmp_path, 0.5))
+    with pytest.raises(InputError, match="an experiment of 200000 runs; 100000 are the most"):
+        run([replace(fine, comparison=replace(fine.comparison, seeds=100_000))], Machine(), 1, silent)
     assert not (tmp_path / "out").exists()

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.doors.worker import Events
 from blender_rl_guiding.experiments import runner
 from blender_rl_guiding.experiments.pool import Outcome, perform_all, threads_each
-from blender_rl_guiding.experiments.references import Given
 from blender_rl_guiding.experiments.runs import RENDERED, Judge, Task
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.scene.data import SceneData
@@ -69,13 +69,14 @@ def test_memory_is_asked_for_the_runs_that_are_due(compiled: None, tmp_path, mon
     monkeypatch.setattr(runner, "forewarn", lambda scene, methods, machine, at_once: asked.append((scene.name, methods, at_once)))
     brief, longer = Render(spp=1, guide=BSDF()), Render(spp=2, guide=BSDF())
     names = "one", "two"
-    truth = Given(tmp_path / "grey.exr", "grey")
-    write_exr(truth.path, np.full((4, 4, 3), 0.5, np.float32), {})
+    truth = tmp_path / "grey.exr"
+    write_exr(truth, np.full((4, 4, 3), 0.5, np.float32), {})
     progress = Events(io.StringIO())
 
     def run(jobs: int, scene: str, seeds: int, **methods: Render) -> None:
         room = replace(scenes.tiny(4), name=scene)
-        plan = runner.Experiment(tmp_path / scene, (room,), methods, tuple(range(seeds)), 0, "test", given=truth)
+        asked = Comparison(tuple(methods.items()), budget="EACH", seeds=seeds, reference="FILE", reference_file=truth)
+        plan = runner.Experiment(tmp_path / scene, (room,), asked, "test")
         assert runner.run([plan], Machine(), jobs, progress) == 0
 
     for name in names:

@@ -13,6 +13,8 @@ import pytest
 
 from addon import worker_client
 from addon.worker_client import Worker, borrowed
+from blender_rl_guiding import messages
+from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.images import read_exr
 from blender_rl_guiding.locks import writing
@@ -52,8 +54,8 @@ def events(worker: Worker, last: str = "done") -> list[dict]:
 
 
 def test_a_render_has_the_bits_and_passes_of_any_other(worker: Worker, bundle: Path, tmp_path: Path):
-    worker.send("prepare", settings=to_dict(SETTINGS))
-    worker.send("render", bundle=str(bundle), settings=to_dict(SETTINGS), frames=str(tmp_path / "frames"), out=str(tmp_path / "run"))
+    worker.send(messages.Prepare(to_dict(SETTINGS)))
+    worker.send(messages.Render(str(bundle), to_dict(SETTINGS), frames=str(tmp_path / "frames"), out=str(tmp_path / "run")))
     found = events(worker)
     told = [event for event in found if event["event"] == "pass"]
     assert found[0]["event"] == "ready"
@@ -80,18 +82,18 @@ def test_under_a_time_limit_no_more_is_left_than_it_allows(worker: Worker, bundl
 
 
 def test_what_the_user_can_mend_is_a_line_and_the_worker_goes_on(worker: Worker, bundle: Path, tmp_path: Path):
-    worker.send("render", bundle=str(tmp_path / "none.npz"), settings=to_dict(SETTINGS))
+    worker.send(messages.Render(str(tmp_path / "none.npz"), to_dict(SETTINGS)))
     with pytest.raises(InputError, match=r"none\.npz"):
         events(worker)
-    worker.send("render", bundle=str(bundle), settings={"spp": -1})
+    worker.send(messages.Render(str(bundle), {"spp": -1}))
     with pytest.raises(InputError, match="spp=-1"):
         events(worker)
-    worker.send("render", bundle=str(bundle), settings=to_dict(SETTINGS))
+    worker.send(messages.Render(str(bundle), to_dict(SETTINGS)))
     assert events(worker)[-1]["samples"] == 4
 
 
 def test_it_ends_with_its_stdin_whatever_it_is_doing(worker: Worker, bundle: Path):
-    worker.send("render", bundle=str(bundle), settings=to_dict(Render(spp=1_000_000)))
+    worker.send(messages.Render(str(bundle), to_dict(Render(spp=1_000_000))))
     events(worker, last="pass")
     assert worker._child.stdin
     worker._child.stdin.close()
@@ -104,7 +106,7 @@ def test_why_it_died_is_told_every_time(worker: Worker):
         with pytest.raises(InputError, match="the renderer was ended by SIGKILL"):
             events(worker)
     with pytest.raises(InputError, match="SIGKILL"):
-        worker.send("prepare", settings={})
+        worker.send(messages.Prepare({}))
 
 
 @pytest.mark.parametrize(
@@ -139,11 +141,11 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
     with borrowed(PYTHON) as third:
         pass
     sent, send = [], Worker.send
-    monkeypatch.setattr(Worker, "send", lambda worker, job, **values: (sent.append(job), send(worker, job, **values)))
+    monkeypatch.setattr(Worker, "send", lambda worker, job: (sent.append(job), send(worker, job)))
     with borrowed(PYTHON) as again:
         assert again is third
-        assert sent == ["wake"]  # or it would end by itself while whoever has it is busy
-    assert sent == ["wake", "rest"]
+        assert sent == [messages.Wake()]  # or it would end by itself while whoever has it is busy
+    assert sent == [messages.Wake(), messages.Rest()]
     monkeypatch.setattr(worker_client, "_WARM", 0.0)
     with borrowed(PYTHON) as fourth:
         assert fourth is not third
@@ -188,8 +190,9 @@ PARENT = """
 import sys, time
 from pathlib import Path
 from addon.worker_client import Worker
+from blender_rl_guiding import messages
 worker = Worker(Path(sys.executable))
-worker.send("render", bundle=sys.argv[1], settings={"spp": 1000000})
+worker.send(messages.Render(sys.argv[1], {"spp": 1000000}))
 while worker.event(1)["event"] != "pass":
     pass
 print("worker", worker._child.pid, flush=True)
@@ -218,15 +221,15 @@ def running(pid: int) -> bool:
 
 
 WRITING = {
-    "render": {"settings": to_dict(SETTINGS)},
-    "inspect": {"settings": to_dict(SETTINGS)},
-    "compare": {"methods": {"bsdf": to_dict(SETTINGS)}, "seeds": [0], "reference": {"spp": 1}, "command": "a test"},
+    "render": lambda bundle, out: messages.Render(bundle, to_dict(SETTINGS), out=out),
+    "inspect": lambda bundle, out: messages.Inspect(bundle, to_dict(SETTINGS), out),
+    "compare": lambda bundle, out: messages.Compare(bundle, to_dict(Comparison(reference_spp=1)), out, "a test"),
 }
 
 
 @pytest.mark.parametrize("job", WRITING)
 def test_a_folder_that_another_writes_to_is_told(job: str, worker: Worker, bundle: Path, tmp_path: Path):
     with writing(tmp_path / "out"):
-        worker.send(job, bundle=str(bundle), out=str(tmp_path / "out"), **WRITING[job])
+        worker.send(WRITING[job](str(bundle), str(tmp_path / "out")))
         with pytest.raises(InputError, match=rf"out is being written to by process {os.getpid()} on "):
             events(worker)

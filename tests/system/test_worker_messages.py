@@ -27,8 +27,8 @@ JOBS = {
     "prepare": {"settings": SETTINGS, "machine": {"threads": 1}},
     "render": {"bundle": "/nowhere/a.npz", "settings": {}, "machine": {}, "frames": "/nowhere/f", "out": "/nowhere/o", "method": "m"},
     "compare": {
-        "bundle": "/nowhere/a.npz", "methods": {"bsdf": {"spp": 1}}, "seeds": [0, 1], "reference": {"spp": 4}, "out": "/nowhere/o",
-        "command": "", "probe": [1, 2], "jobs": 1, "machine": {},
+        "bundle": "/nowhere/a.npz", "comparison": {"methods": {"bsdf": {"spp": 1}}, "seeds": 2, "probe": [1, 2]}, "out": "/nowhere/o",
+        "command": "", "cycles": {"file": "/nowhere/c.exr", "about": "Cycles"}, "jobs": 1, "machine": {},
     },
     "inspect": {"bundle": "/nowhere/a.npz", "settings": {"guide": "qtable"}, "machine": {}, "out": "/nowhere/o", "pixel": [1, 2]},
     "rest": {},
@@ -48,6 +48,12 @@ def mutated(count: int) -> list[bytes]:
         found = mutations.of_json(json.dumps({"job": name} | values))
         lines += [text.encode() for _, text in found]
     return mutations.some(lines, count, seed=4)
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_a_job_comes_out_of_its_line_as_it_went_in(name: str):
+    job = messages.read_job(json.dumps({"job": name} | JOBS[name]).encode())
+    assert messages.read_job(messages.line_of(job)) == job
 
 
 def test_whatever_a_line_is_it_is_a_job_or_malformed():

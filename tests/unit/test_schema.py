@@ -3,15 +3,21 @@
 import dataclasses
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from blender_rl_guiding import settings
-from blender_rl_guiding.schema import Entry, Settings, SettingsError, active, entries, flags, from_dict, override, to_dict
+from blender_rl_guiding import comparison, settings
+from blender_rl_guiding.comparison import Comparison
+from blender_rl_guiding.flat import active, flags, override
+from blender_rl_guiding.schema import Entry, Named, Pixel, Settings, SettingsError, entries, from_dict, to_dict
 from blender_rl_guiding.settings import BSDF, DQN, Frequency, Machine, NoEncoding, Render, Uniform
 
-CLASSES = [c for c in vars(settings).values() if isinstance(c, type) and issubclass(c, Settings) and c is not Settings]
+CLASSES = [c for c in (vars(settings) | vars(comparison)).values() if isinstance(c, type) and issubclass(c, Settings) and c is not Settings]
+
+
+OF_ALIASES = {Path: type(Path()), Pixel: tuple, Named: tuple}
 
 
 def every(config: type[Settings]) -> Iterator[tuple[type[Settings], Entry]]:
@@ -28,6 +34,13 @@ def wrong_values(entry: Entry) -> list[Any]:
         return ["nothing", None, Machine(), 3]
     if entry.choices:
         return ["nothing", None, 1, True]
+    if entry.of:
+        made = entry.of()
+        return [None, 3, "a", [], (), {"a": 3}, (("a", Machine()),), (("a", made), ("a", made)), (("a/b", made),), ((3, made),), (("a",),)]
+    if entry.type is Path:
+        return [None, 3, True, "a\0b", ["a"]]
+    if entry.type == Pixel:
+        return [None, 3, "12", (1,), (1, 2, 3), (1.0, 2), (True, 1), {"x": 1}, (-2, 0), (0, -2)]
     wrong = {bool: [0, 1, "true", None], int: [True, 1.0, "1", None], float: [True, "0.5", None, float("nan"), float("inf"), -float("inf")]}
     step = 1 if entry.type is int else 1e-6
     outside = [limit + sign * step for limit, sign in zip(entry.limits, (-1, 1), strict=True) if limit is not None]
@@ -48,7 +61,7 @@ def test_defaults_are_valid_and_have_their_own_type(config: type[Settings]):
     made = config()
     for entry in entries(config):
         value = getattr(made, entry.name)
-        assert type(value) in (entry.variants.values() if entry.variants else [entry.type])
+        assert type(value) in (entry.variants.values() if entry.variants else [OF_ALIASES.get(entry.type, entry.type)])
         assert value == entry.default
 
 
@@ -62,15 +75,17 @@ def test_settings_are_frozen(config: type[Settings]):
 @pytest.mark.parametrize(("config", "entry"), ENTRIES, ids=NAMES)
 def test_limits_are_inclusive(config: type[Settings], entry: Entry):
     for limit in entry.limits:
-        if limit is not None:
+        if limit is not None and entry.type == Pixel:
+            assert getattr(config(**{entry.name: (limit, limit)}), entry.name) == (limit, limit)
+        elif limit is not None:
             assert getattr(config(**{entry.name: entry.type(limit)}), entry.name) == limit
 
 
 @pytest.mark.parametrize(("config", "entry"), ENTRIES, ids=NAMES)
 def test_wrong_values_are_refused_by_code_and_json(config: type[Settings], entry: Entry):
     for value in wrong_values(entry):
-        refused(f"{config.kind}.{entry.name}=", config, **{entry.name: value})
-        refused(entry.name, from_dict, config, {entry.name: value})
+        refused("method" if entry.of else f"{config.kind}.{entry.name}=", config, **{entry.name: value})
+        refused("method" if entry.of else entry.name, from_dict, config, {entry.name: value})
 
 
 @pytest.mark.parametrize(("name", "entry"), list(flags(Render)), ids=[name for name, _ in flags(Render)])
@@ -122,7 +137,7 @@ def variants(config: type[Settings]) -> Iterator[Settings]:
                 yield config(**{entry.name: made})
 
 
-@pytest.mark.parametrize("made", [v for config in (Render, Machine) for v in variants(config)], ids=str)
+@pytest.mark.parametrize("made", [v for config in (Render, Machine, Comparison) for v in variants(config)], ids=str)
 def test_json_round_trip_of_every_variant(made: Settings):
     assert from_dict(type(made), json.loads(json.dumps(to_dict(made)))) == made
 

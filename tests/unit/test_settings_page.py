@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from blender_rl_guiding.doors.settings_page import page
-from blender_rl_guiding.schema import flags
+from blender_rl_guiding.flat import flags
 from blender_rl_guiding.settings import PRESETS, Render
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
