@@ -17,8 +17,7 @@ from ..catalogue import CATALOGUE, Entry, chosen
 from ..comparison import Comparison
 from ..errors import InputError
 from ..experiments.progress import Progress, Terminal
-from ..flags import comparison, comparison_of_methods, failed_runs, render_settings, tell_losses
-from ..flags import machine_of
+from ..flags import comparison, comparison_of_methods, failed_runs, machine_of, render_settings, tell_losses
 from ..locks import writing
 from ..notices import tell
 from ..scene.view import chosen_view

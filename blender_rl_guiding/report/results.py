@@ -6,16 +6,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
 from ..images.metrics import mape_map
 from ..measures import NAMES
+from ..settings import Guide
 from .result_file import Count, Error, Number, Patches, Record
 
 COLUMNS = ("scene", "method", "seed", "spp", "seconds", "learn_seconds", "train_seconds", "infer_seconds", "rays", *NAMES)
-LEARNING_GUIDES = ("qtable", "dqn")  # kinds
+LEARNING_GUIDES = {guide.kind for guide in get_args(Guide) if guide.learns}
 _Vector = tuple[Number, Number, Number]
 # 97.5 % quantiles of Student's t for 1..9 degrees of freedom; from 10 on, the series in `_student` has four digits.
 _T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216)
