@@ -13,7 +13,7 @@ from blender_rl_guiding.scene.data import SceneData
 from blender_rl_guiding.scene.description import Loss
 from blender_rl_guiding.scene.framing import viewed
 from blender_rl_guiding.scene.view import View
-from blender_rl_guiding.strings import fit
+from blender_rl_guiding.strings import fit, one_line
 
 from .export.coverage import of_scene, summary
 from .export.text import read_names
@@ -22,8 +22,8 @@ from .neutral import first_layer, neutral
 
 
 @read_names()
-def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
-    """The scene as a render would export it, by the named view layer or the first that renders.
+def captured(scene: bpy.types.Scene) -> SceneData:
+    """The scene as a render would export it, by the first view layer that renders.
 
     A copy of the scene is rendered: the file and the last render stay as they are.
     InputError as in `export`, or with Blender's own reason not to render.
@@ -33,7 +33,7 @@ def captured(scene: bpy.types.Scene, view_layer: str = "") -> SceneData:
     copy = scene.copy()
     name = copy.name
     try:
-        with exporting(copy, view_layer) as export:
+        with exporting(copy) as export:
             return _renamed(export(), name, scene.name)
     except InputError as error:
         raise InputError(str(error).replace(name, scene.name)) from error
@@ -62,8 +62,8 @@ def write(scene: SceneData, bundle: Path, blend: Path, *, strict: bool) -> None:
 
 
 @contextmanager
-def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable[[], SceneData]]:
-    """Yields a function that exports the scene at the frame of each call, by the named view layer or the first that renders.
+def exporting(scene: bpy.types.Scene) -> Iterator[Callable[[], SceneData]]:
+    """Yields a function that exports the scene at the frame of each call, by the first view layer that renders.
 
     The scene's settings become neutral. InputError where no view layer renders.
     """
@@ -88,7 +88,7 @@ def exporting(scene: bpy.types.Scene, view_layer: str = "") -> Iterator[Callable
             raise InputError(f"Blender has not rendered scene '{scene.name}'")
         return replace(outcome[0], coverage=(*own, *(loss for loss in outcome[0].coverage if loss not in own)))
 
-    layer = view_layer or first_layer(scene)
+    layer = first_layer(scene)
     if not layer:
         raise InputError(f"scene '{scene.name}' has no view layer that renders (Properties > View Layer > Use for Rendering)")
     own = tuple(of_scene(scene, scene.view_layers[layer]))  # `neutral` hides these losses
@@ -118,4 +118,4 @@ def render(scene: bpy.types.Scene, view_layer: str) -> None:
     try:
         bpy.ops.render.render(scene=scene.name, layer=view_layer)
     except RuntimeError as error:
-        raise InputError(" ".join(str(error).removeprefix("Error: ").split())) from error
+        raise InputError(one_line(error).removeprefix("Error: ")) from error

@@ -4,6 +4,7 @@ import bpy
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.strings import one_line
 
 from .export.scene import export
 from .export.stop import Stopped
@@ -22,7 +23,7 @@ class Exporter(bpy.types.RenderEngine):
         except Stopped:
             pass
         except Exception as error:  # Blender would print it and show a black picture
-            self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {' '.join(str(error).split())}")
+            self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {one_line(error)}")
             raise
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:

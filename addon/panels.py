@@ -14,8 +14,8 @@ from blender_rl_guiding.schema import Entry, Settings, entries
 from blender_rl_guiding.settings import DQN, Render
 
 from . import presets, properties
-from .engine import RLGuided
 from .network_picture import draw_network
+from .panel import EnginePanel
 from .text import draw_text
 
 CLOSED = {"Learning", "Replay Memory", "Passes and Denoising"}  # until the user opens them
@@ -90,18 +90,14 @@ def draw(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, shown: list
             draw(layout, getattr(group, f"{entry.name}_{kind}"), _shown_in(entry.variants[kind], ""))
 
 
-class SectionPanel:
+class SectionPanel(EnginePanel):
     """Base of the panels of all sections."""
 
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-    layout: bpy.types.UILayout
     section: Section
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == RLGuided.bl_idname and group_at(context.scene.rl_guiding, cls.section.path) is not None
+        return super().poll(context) and group_at(context.scene.rl_guiding, cls.section.path) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         section, layout = self.section, self.layout

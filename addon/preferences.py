@@ -5,6 +5,7 @@ import bpy
 from blender_rl_guiding.environment import Part
 from blender_rl_guiding.errors import InputError
 
+from .areas import redraw
 from .installation import Check, check, python
 from .text import draw_text
 
@@ -112,7 +113,7 @@ def poll() -> float | None:
     if running:
         RLG_OT_check_environment.parts = tuple(running.parts())
         RLG_OT_check_environment.running = None
-        _redraw()
+        redraw("PREFERENCES")
     return None
 
 
@@ -126,24 +127,10 @@ def forget() -> None:
     RLG_OT_check_environment.parts = ()
 
 
-def _redraw() -> None:
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "PREFERENCES":
-                area.tag_redraw()
-
-
-_CLASSES = (RLG_OT_check_environment, RLG_OT_copy, RLG_preferences)
-
-
-def register() -> None:
-    """The preferences and their buttons."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
+register, _unregister = bpy.utils.register_classes_factory((RLG_OT_check_environment, RLG_OT_copy, RLG_preferences))
 
 
 def unregister() -> None:
     """Undo `register`."""
     forget()
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister()

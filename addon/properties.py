@@ -14,6 +14,8 @@ import numpy as np
 from blender_rl_guiding.schema import Choice, Entry, Pixel, Settings, SettingsError, entries, named
 from blender_rl_guiding.settings import Render
 
+from .registering import holding
+
 _DIGITS = 3  # after the point; Blender adds more where a small number would be shown as 0
 _CLICKS = 100  # on an arrow of a number's field, from one soft limit to the other
 _UNITS = {"": {}, "share": {"subtype": "FACTOR"}, "seconds": {"unit": "TIME_ABSOLUTE"}}
@@ -142,16 +144,4 @@ def write(group: bpy.types.PropertyGroup, settings: Settings) -> None:
 _GROUPS = make_groups(Render())
 _GROUP_OF: dict[type[Settings] | None, type] = {Render: _GROUPS[-1]}  # for settings that have names
 
-
-def register() -> None:
-    """The groups, and the settings as `scene.rl_guiding`."""
-    for group in _GROUPS:
-        bpy.utils.register_class(group)
-    bpy.types.Scene.rl_guiding = bpy.props.PointerProperty(type=_GROUPS[-1], name="RL Guided")
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    del bpy.types.Scene.rl_guiding
-    for group in reversed(_GROUPS):
-        bpy.utils.unregister_class(group)
+register, unregister = holding(bpy.types.Scene, "rl_guiding", _GROUPS, "RL Guided")

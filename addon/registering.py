@@ -1,10 +1,14 @@
-"""Registering modules in order, as `bpy.utils.register_classes_factory` does it for classes."""
+"""Registering modules, and groups of properties, in order, as `bpy.utils.register_classes_factory` does it for classes."""
 
 from collections.abc import Callable, Sequence
 from types import ModuleType
 
+import bpy
 
-def registering(modules: Sequence[ModuleType]) -> tuple[Callable[[], None], Callable[[], None]]:
+Both = tuple[Callable[[], None], Callable[[], None]]  # `register` and `unregister`
+
+
+def registering(modules: Sequence[ModuleType]) -> Both:
     """`register` calls that of each module, `unregister` that of each in reverse."""
 
     def register() -> None:
@@ -14,5 +18,20 @@ def registering(modules: Sequence[ModuleType]) -> tuple[Callable[[], None], Call
     def unregister() -> None:
         for module in reversed(modules):
             module.unregister()
+
+    return register, unregister
+
+
+def holding(owner: type, name: str, classes: Sequence[type], label: str) -> Both:
+    """`register` registers the classes, and has each `owner` hold a group of the last under that name; `unregister` undoes it."""
+    register_classes, unregister_classes = bpy.utils.register_classes_factory(classes)
+
+    def register() -> None:
+        register_classes()
+        setattr(owner, name, bpy.props.PointerProperty(type=classes[-1], name=label))
+
+    def unregister() -> None:
+        delattr(owner, name)
+        unregister_classes()
 
     return register, unregister

@@ -10,6 +10,7 @@ import bpy
 
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.view import AUTO, View
+from blender_rl_guiding.strings import one_line
 
 
 def opened(blend: Path, view: View) -> bpy.types.Scene:
@@ -17,7 +18,7 @@ def opened(blend: Path, view: View) -> bpy.types.Scene:
     try:
         bpy.ops.wm.open_mainfile(filepath=str(blend.absolute()), load_ui=False, use_scripts=False)
     except RuntimeError as error:
-        reason = " ".join(str(error).split()).rpartition(": ")[2]
+        reason = one_line(error).rpartition(": ")[2]
         raise InputError(f"Blender cannot open {blend}, it may be damaged: {reason}") from error
     scene = _scene(blend, view.scene) if view.scene else bpy.context.scene
     bpy.context.window.scene = scene  # or its objects would be rendered as they are at another scene's frame

@@ -20,6 +20,7 @@ from pathlib import Path
 
 from . import __version__
 from .errors import InputError, atomic
+from .strings import one_line
 
 PACKAGE = "blender_rl_guiding"
 _NATIVE = {
@@ -109,8 +110,7 @@ def _library(name: str) -> Part:
         try:
             importlib.import_module(_NATIVE[name])
         except Exception as error:  # noqa: BLE001  # a broken library may raise anything; its message is the answer
-            reason = " ".join(str(error).split()) or type(error).__name__
-            return Part(name, version, f"does not load: {reason}", _build("setup", name))
+            return Part(name, version, f"does not load: {one_line(error)}", _build("setup", name))
     return Part(name, version)
 
 

@@ -18,6 +18,7 @@ from numpy.lib import format as npy
 
 from .errors import InputError
 from .memory import available, in_words
+from .strings import one_line
 
 # Errors of zipfile, numpy and zlib for a wrong byte; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
@@ -119,4 +120,4 @@ def opened(path: Path, what: str) -> Iterator[Archive]:
     except MemoryError as error:
         raise InputError(f"{path} takes more memory than there is") from error
     except _DAMAGE as error:
-        raise DamagedError(f"{path}: not {what}, or damaged ({' '.join(str(error).split()) or type(error).__name__})") from error
+        raise DamagedError(f"{path}: not {what}, or damaged ({one_line(error)})") from error

@@ -18,6 +18,11 @@ def printable(text: str) -> str:
     return _UNSEEN.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
+def one_line(error: BaseException) -> str:
+    """The text of an error in one line; the name of its class where it has no text."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 def say(text: object, file: IO[str] | None = None) -> None:
     """Print a line, on stdout if nothing else is named."""
     print(printable(str(text)), file=file, flush=True)

@@ -17,7 +17,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from .memory import available
-from .strings import printable
+from .strings import one_line, printable
 
 
 class MalformedError(ValueError):
@@ -80,7 +80,7 @@ def parse(text: str | bytes) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise MalformedError(f"not JSON ({_one_line(error)})") from error
+        raise MalformedError(f"not JSON ({one_line(error)})") from error
 
 
 def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
@@ -246,7 +246,3 @@ def shown(value: Any) -> str:
     except (ValueError, RecursionError):  # thousands of digits, or of lists within each other
         return f"a {type(value).__name__}"
     return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

@@ -16,6 +16,7 @@ from blender_rl_guiding.schema import to_dict
 from blender_rl_guiding.strings import printable
 
 from .. import installation as environment
+from ..areas import areas, largest
 from ..capture import captured
 from ..engine import machine
 from ..properties import read
@@ -143,9 +144,11 @@ class RLG_OT_inspect(Background):
         steps = working(environment.python(), captured(scene), job, patience)
 
         def finish(outcome: dict[str, Any]) -> str:
-            shown = [results.opened(path, f"{name} {Path(path).stem}", _image(f"{name} {Path(path).stem}")) for path in outcome["pictures"]]
-            for image in shown:
-                image.use_fake_user = True  # it stays in the file although nothing in it refers to it
+            shown = []
+            for path in outcome["pictures"]:
+                called = f"{name} {Path(path).stem}"
+                shown.append(results.opened(path, called, bpy.data.images.get(called)))
+                shown[-1].use_fake_user = True  # it stays in the file although nothing in it refers to it
             show(shown[-1])
             undo_push("Show Q")
             return f"See the images '{shown[-1].name}' and '{shown[0].name}'"
@@ -153,17 +156,12 @@ class RLG_OT_inspect(Background):
         return f"Q of {name}", steps, finish
 
 
-def _image(name: str) -> bpy.types.Image | None:
-    return bpy.data.images.get(name)
-
-
 def show(image: bpy.types.Image) -> bool:
     """Show an image in the largest image editor that there is; False where there is none."""
-    areas = [area for window in bpy.context.window_manager.windows for area in window.screen.areas if area.type == "IMAGE_EDITOR"]
-    if not areas:
-        return False
-    max(areas, key=lambda area: area.width * area.height).spaces.active.image = image
-    return True
+    editors = list(areas("IMAGE_EDITOR"))
+    if editors:
+        largest(editors).spaces.active.image = image
+    return bool(editors)
 
 
 def undo_push(message: str) -> None:

@@ -7,7 +7,7 @@ import bpy
 from blender_rl_guiding.settings import Render
 
 from .. import panels
-from ..engine import RLGuided
+from ..panel import EnginePanel
 from ..text import draw_text
 from . import results, running
 from .show_operators import KINDS
@@ -15,15 +15,8 @@ from .show_operators import KINDS
 _NOT_OF_A_METHOD = {"spp", "seconds", "passes", "denoise"}  # one for all methods, or without meaning in a comparison
 
 
-class _Panel:
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
+class _Panel(EnginePanel):
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == RLGuided.bl_idname
 
 
 class RLG_PT_compare(_Panel, bpy.types.Panel):

@@ -9,6 +9,7 @@ from blender_rl_guiding import measures
 from blender_rl_guiding.comparison import Comparison
 
 from ..properties import declared
+from ..registering import holding
 
 # Numbers of menu items are what files keep: never give one to another item.
 MEASURES = [(*measure, number) for number, measure in enumerate(measures.MEASURES)]
@@ -85,16 +86,4 @@ class RLG_comparison(_Asked, bpy.types.PropertyGroup):
 
 _GROUPS = (*_METHODS, RLG_result, RLG_picture, RLG_comparison)
 
-
-def register() -> None:
-    """The groups, and `scene.rl_guiding_comparison`."""
-    for group in _GROUPS:
-        bpy.utils.register_class(group)
-    bpy.types.Scene.rl_guiding_comparison = bpy.props.PointerProperty(type=RLG_comparison, name="RL Guided Comparison")
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    del bpy.types.Scene.rl_guiding_comparison
-    for group in reversed(_GROUPS):
-        bpy.utils.unregister_class(group)
+register, unregister = holding(bpy.types.Scene, "rl_guiding_comparison", _GROUPS, "RL Guided Comparison")

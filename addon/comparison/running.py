@@ -12,6 +12,8 @@ import bpy
 
 from blender_rl_guiding.errors import InputError
 
+from .. import areas
+
 INTERVAL = 0.1  # seconds between two looks
 SHARE_OF_TIME = 0.02  # seconds that a look may take
 
@@ -66,7 +68,7 @@ def start(label: str, steps: Steps, finish: Finish) -> None:
     bpy.app.timers.register(_look, first_interval=0.0, persistent=True)
 
 
-def complete(label: str, steps: Steps, finish: Finish, on_status: Callable[[Status], None] = lambda status: None) -> str:
+def complete(label: str, steps: Steps, finish: Finish, on_status: Callable[[Status], None]) -> str:
     """Do all of it; returns the line of `finish`. InputError where it fails, or while other work is under way."""
     if STATE.work:
         raise InputError(f"{STATE.work.label} is still under way: wait for its end, or cancel it")
@@ -120,10 +122,8 @@ def _end(words: str, failed: bool) -> None:
 
 def redraw() -> None:
     """Have the panel and the status bar drawn anew."""
+    areas.redraw("PROPERTIES", "IMAGE_EDITOR")
     for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type in {"PROPERTIES", "IMAGE_EDITOR"}:
-                area.tag_redraw()
         if not window.modal_operators:  # which may show a text of their own there
             window.workspace.status_text_set(None)  # has the status bar drawn, which is none of the screen's areas
 

@@ -14,6 +14,7 @@ from blender_rl_guiding.leftovers import temporary_folder
 from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.scene.bundle import save
 from blender_rl_guiding.scene.data import SceneData
+from blender_rl_guiding.strings import one_line
 from blender_rl_guiding.typed import MalformedError
 
 from .. import worker_client
@@ -74,7 +75,7 @@ class Cycles:
         try:
             bpy.ops.wm.save_as_mainfile(filepath=str(self._file), copy=True, relative_remap=True, compress=False)
         except RuntimeError as error:
-            raise InputError(f"cannot hand the scene to Cycles: {' '.join(str(error).split())}") from error
+            raise InputError(f"cannot hand the scene to Cycles: {one_line(error)}") from error
 
     def render(self, path: Path, patience: float) -> Generator[Status, None, messages.Reference]:
         """Render into an EXR file. InputError where Cycles fails."""

@@ -1,10 +1,12 @@
 """The workspace "Compare": image editors side by side, the reference first, in place of the largest editor of the present one."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import combinations
 
 import bpy
+
+from ..areas import largest
 
 NAME = "Compare"
 _MOST = 12  # editors side by side: smaller ones show nothing
@@ -38,11 +40,11 @@ def _fill(window: bpy.types.Window, names: Sequence[str]) -> float | None:
     images = [bpy.data.images[name] for name in names if name in bpy.data.images]
     editors = _editors(window.screen)
     if not editors:
-        _largest(window.screen.areas).type = "IMAGE_EDITOR"
+        largest(window.screen.areas).type = "IMAGE_EDITOR"
         return _LOOK
     if len(editors) > len(images) and _join(window, editors):
         return _LOOK
-    if len(editors) < len(images) and _halve(window, _largest(editors)):
+    if len(editors) < len(images) and _halve(window, largest(editors)):
         return _LOOK
     for area, image in zip(editors, images, strict=False):
         _show_in(window, area, image)
@@ -52,10 +54,6 @@ def _fill(window: bpy.types.Window, names: Sequence[str]) -> float | None:
 def _editors(screen: bpy.types.Screen) -> list[bpy.types.Area]:
     """The image editors in the order of reading."""
     return sorted((area for area in screen.areas if area.type == "IMAGE_EDITOR"), key=lambda area: (-area.y, area.x))
-
-
-def _largest(areas: Iterable[bpy.types.Area]) -> bpy.types.Area:
-    return max(areas, key=lambda area: area.width * area.height)
 
 
 def _halve(window: bpy.types.Window, area: bpy.types.Area) -> bool:

@@ -39,11 +39,4 @@ class RLG_OT_check(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    """The operator."""
-    bpy.utils.register_class(RLG_OT_check)
-
-
-def unregister() -> None:
-    """Undo `register`."""
-    bpy.utils.unregister_class(RLG_OT_check)
+register, unregister = bpy.utils.register_classes_factory((RLG_OT_check,))

@@ -11,6 +11,8 @@ import bpy
 
 from blender_rl_guiding.scene.description import Loss
 
+from ..areas import redraw
+from ..registering import holding
 from .reveal import reveal
 
 
@@ -63,16 +65,14 @@ def _show_told() -> float:
 
 def show(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
     """As `tell`, at once; for the main thread alone."""
-    manager = bpy.data.window_managers[0]
-    coverage = manager.rl_guiding_coverage
+    coverage = bpy.data.window_managers[0].rl_guiding_coverage
     coverage.property_unset("active")  # without the update of a click
     coverage.scene, coverage.fault = scene, fault
     coverage.losses.clear()
     for loss in losses:
         line = coverage.losses.add()
         line.object, line.where, line.detail = loss.object, loss.where, loss.detail
-    for area in (area for window in manager.windows for area in window.screen.areas if area.type == "PROPERTIES"):
-        area.tag_redraw()
+    redraw("PROPERTIES")
 
 
 @bpy.app.handlers.persistent
@@ -98,14 +98,13 @@ class RLG_OT_show_loss(bpy.types.Operator):
         return {"FINISHED"}
 
 
-_CLASSES = (RLG_Loss, RLG_Coverage, RLG_OT_show_loss)
+_CLASSES = (RLG_OT_show_loss, RLG_Loss, RLG_Coverage)
+_register, _unregister = holding(bpy.types.WindowManager, "rl_guiding_coverage", _CLASSES, "Coverage")
 
 
 def register() -> None:
     """The list as `window_manager.rl_guiding_coverage`."""
-    for one in _CLASSES:
-        bpy.utils.register_class(one)
-    bpy.types.WindowManager.rl_guiding_coverage = bpy.props.PointerProperty(type=RLG_Coverage, name="Coverage")
+    _register()
     bpy.app.handlers.load_post.append(_forget)
     if not bpy.app.background:
         bpy.app.timers.register(_show_told, persistent=True)
@@ -116,6 +115,4 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_show_told):
         bpy.app.timers.unregister(_show_told)
     bpy.app.handlers.load_post.remove(_forget)
-    del bpy.types.WindowManager.rl_guiding_coverage
-    for one in reversed(_CLASSES):
-        bpy.utils.unregister_class(one)
+    _unregister()

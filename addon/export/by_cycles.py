@@ -12,6 +12,7 @@ import numpy as np
 from blender_rl_guiding.children import Child, running
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.leftovers import temporary_folder
+from blender_rl_guiding.strings import one_line
 
 from ..another_blender import command
 from .stop import Stop, Stopped, never
@@ -35,7 +36,7 @@ def render(job: dict[str, Any], path: Path, stop: Stop = never, **shapes: tuple[
     try:
         return read(path, **shapes)
     except DAMAGE as error:
-        raise InputError(f"Blender left no pictures: {' '.join(str(error).split())}") from error
+        raise InputError(f"Blender left no pictures: {one_line(error)}") from error
 
 
 def read(path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:

@@ -151,6 +151,11 @@ class At:
         self.network.notes[", ".join(where), detail] = None
 
 
+def step(op: str, *sockets: str, mode: str = "") -> Reader:
+    """Reads a node as one step on the values of these sockets."""
+    return lambda at, _output: at.add(op, *map(at.value, sockets), mode=mode)
+
+
 def find(sockets: bpy.types.NodeInputs, identifier: str) -> bpy.types.NodeSocket:
     """The socket of an identifier, hidden or not. Names are not unique."""
     return next(socket for socket in sockets if socket.identifier == identifier)

@@ -51,7 +51,7 @@ class Resources:
         """(R, 256, 4) float32."""
         return np.frombuffer(b"".join(self._tables), np.float32).reshape(-1, TABLE_SIZE, 4)
 
-    def corner_attribute(self, kind: str, name: str = "") -> int:
+    def corner_attribute(self, kind: str, name: str) -> int:
         """The number of a corner attribute, new or known."""
         return _number(self.corner_attributes, (kind, name))
 

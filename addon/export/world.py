@@ -9,6 +9,7 @@ from blender_rl_guiding.leftovers import temporary_folder
 from blender_rl_guiding.scene.data import Texture
 from blender_rl_guiding.scene.description import VISIBLE, Closure, Loss, Shader, Value
 from blender_rl_guiding.scene.ops import Interpolation, Projection
+from blender_rl_guiding.strings import one_line
 
 from . import by_cycles
 from .materials import has_nodes
@@ -63,7 +64,7 @@ def _file_with(world: bpy.types.World, path: Path) -> Path:
     try:
         bpy.data.libraries.write(str(path), {world}, path_remap="ABSOLUTE")
     except (RuntimeError, OSError) as error:
-        raise InputError(" ".join(str(error).split())) from error
+        raise InputError(one_line(error)) from error
     return path
 
 

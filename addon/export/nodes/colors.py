@@ -2,7 +2,7 @@
 
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At, Reader
+from ..network import At, Reader, step
 
 
 def _mix(at: At, _output: str) -> Value | None:
@@ -22,22 +22,6 @@ def _mix_rgb(at: At, _output: str) -> Value:
     return at.add("mix", *values, mode=at.node.blend_type, options=(1, int(at.node.use_clamp)))
 
 
-def _invert(at: At, _output: str) -> Value:
-    return at.add("invert", at.value("Fac"), at.value("Color"))
-
-
-def _gamma(at: At, _output: str) -> Value:
-    return at.add("gamma", at.value("Color"), at.value("Gamma"))
-
-
-def _bright_contrast(at: At, _output: str) -> Value:
-    return at.add("bright_contrast", at.value("Color"), at.value("Bright"), at.value("Contrast"))
-
-
-def _hue_saturation(at: At, _output: str) -> Value:
-    return at.add("hsv", *(at.value(name) for name in ("Hue", "Saturation", "Value", "Fac", "Color")))
-
-
 def _separate(at: At, output: str) -> Value:
     separated = at.add("separate", at.value("Color"), mode=at.node.mode)
     return at.add("component", separated, options=(("Red", "Green", "Blue").index(output),))
@@ -47,18 +31,14 @@ def _combine(at: At, _output: str) -> Value:
     return at.add("combine", at.value("Red"), at.value("Green"), at.value("Blue"), mode=at.node.mode)
 
 
-def _luminance(at: At, _output: str) -> Value:
-    return at.add("luminance", at.value("Color"))
-
-
 READERS: dict[str, Reader] = {
     "ShaderNodeMix": _mix,
     "ShaderNodeMixRGB": _mix_rgb,
-    "ShaderNodeInvert": _invert,
-    "ShaderNodeGamma": _gamma,
-    "ShaderNodeBrightContrast": _bright_contrast,
-    "ShaderNodeHueSaturation": _hue_saturation,
+    "ShaderNodeInvert": step("invert", "Fac", "Color"),
+    "ShaderNodeGamma": step("gamma", "Color", "Gamma"),
+    "ShaderNodeBrightContrast": step("bright_contrast", "Color", "Bright", "Contrast"),
+    "ShaderNodeHueSaturation": step("hsv", "Hue", "Saturation", "Value", "Fac", "Color"),
     "ShaderNodeSeparateColor": _separate,
     "ShaderNodeCombineColor": _combine,
-    "ShaderNodeRGBToBW": _luminance,
+    "ShaderNodeRGBToBW": step("luminance", "Color"),
 }

@@ -2,7 +2,7 @@
 
 from blender_rl_guiding.scene.description import Value
 
-from ..network import At, Reader, find
+from ..network import At, Reader, find, step
 
 
 def _used(at: At, identifier: str) -> Value:
@@ -46,10 +46,6 @@ def _separate(at: At, output: str) -> Value:
     return at.add("component", at.value("Vector"), options=("XYZ".index(output),))
 
 
-def _combine(at: At, _output: str) -> Value:
-    return at.add("combine", at.value("X"), at.value("Y"), at.value("Z"), mode="RGB")
-
-
 READERS: dict[str, Reader] = {
     "ShaderNodeMath": _math,
     "ShaderNodeVectorMath": _vector_math,
@@ -57,5 +53,5 @@ READERS: dict[str, Reader] = {
     "ShaderNodeMapRange": _map_range,
     "ShaderNodeMapping": _mapping,
     "ShaderNodeSeparateXYZ": _separate,
-    "ShaderNodeCombineXYZ": _combine,
+    "ShaderNodeCombineXYZ": step("combine", "X", "Y", "Z", mode="RGB"),
 }
