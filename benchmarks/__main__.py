@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 from rich.console import Console
 from rich.table import Table
 
+from blender_rl_guiding.children import fate
 from blender_rl_guiding.errors import InputError, atomic
 
 from . import same_images, size, window
@@ -51,7 +52,7 @@ def published() -> list[Contest]:
 
 
 class Child:
-    """A program that renders on demand. If it fails: InputError with its last line."""
+    """A program that renders on demand. InputError where it fails."""
 
     def __init__(self, name: str, contest: Contest, words: Any) -> None:
         environment = os.environ | ({"DRJIT_LIBLLVM_PATH": llvm()} if name == "llvm_ad_rgb" else {})
@@ -90,8 +91,7 @@ class Child:
         line = self._process.stdout.readline()
         if not line:
             self._words.seek(0)
-            last = (self._words.read().strip().splitlines() or [f"exit status {self._process.wait()}"])[-1]
-            raise InputError(f"{self.name}: {last}")
+            raise InputError(f"{self.name} {fate(self._process.wait(), self._words.read().strip())}")
         return json.loads(line)
 
 

@@ -25,7 +25,7 @@ class Material(NamedTuple):
     def shader(self) -> Shader:
         """The material as a shader of ours."""
         kind, color = ("emission", self.emission) if any(self.emission) else ("diffuse", self.base_color)
-        return Shader(self.name, (), (Closure(kind, 1.0, {"color": color}),) * any(color))
+        return Shader(self.name, (), (Closure(kind, 1.0, {"color": color}),) if any(color) else ())
 
 
 MATERIALS = (

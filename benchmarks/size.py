@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from blender_rl_guiding.children import fate
 from blender_rl_guiding.errors import InputError, atomic
 
 OUT = Path(__file__).parents[1] / "out" / "bench" / "size.json"
@@ -29,12 +30,11 @@ Row = dict[str, Any]
 
 
 def measure(*arguments: object) -> Row:
-    """The JSON that `size_child` prints. If it fails: InputError with its last line."""
+    """The JSON that `size_child` prints. InputError where it fails."""
     command = [sys.executable, "-m", "benchmarks.size_child", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
     if done.returncode:
-        last = (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1]
-        raise InputError(f"{' '.join(map(str, arguments))}: {last}")
+        raise InputError(f"{' '.join(map(str, arguments))}: it {fate(done.returncode, done.stderr.strip())}")
     return json.loads(done.stdout)
 
 

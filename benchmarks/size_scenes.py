@@ -15,11 +15,6 @@ QUADS = 25_000  # leaves of a tree
 HALF = 0.02  # half the edge of an emitting quad, and radius of a ball, in metres
 
 
-def triangles(cuts: int) -> int:
-    """Triangles of a room with walls of `cuts` x `cuts` quads."""
-    return WALLS * 2 * cuts * cuts
-
-
 def write_room(path: Path, cuts: int, pixels: int) -> None:
     """Write a closed room as a .blend: six smooth, displaced walls, half of them with a UV texture.
 

@@ -129,18 +129,19 @@ PRESETS = {
 }
 
 
+_GUIDES = {guide.kind: guide for guide in get_args(Guide)}
+METHODS = (*_GUIDES, *PRESETS)  # names of guides with their defaults, and of presets
 MOST_RUNS = 100_000  # of an experiment
 MOST_METHODS = 100  # of an experiment: figures show their images in a row
 
 
 def method(name: str) -> Render:
     """The settings behind a method's name: a preset, or a guide with its defaults and no light sampling. SettingsError on any other."""
-    guides = {guide.kind: guide for guide in get_args(Guide)}
     if name in PRESETS:
         return PRESETS[name].settings
-    if name in guides:
-        return Render(nee=False, guide=guides[name]())
-    raise SettingsError(f"method {name!r} is neither a guide ({', '.join(guides)}) nor a preset ({', '.join(PRESETS)})")
+    if name in _GUIDES:
+        return Render(nee=False, guide=_GUIDES[name]())
+    raise SettingsError(f"method {name!r} is neither a guide ({', '.join(_GUIDES)}) nor a preset ({', '.join(PRESETS)})")
 
 
 def recorded(values: dict[str, Any]) -> dict[str, Any]:

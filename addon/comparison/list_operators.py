@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from blender_rl_guiding.errors import InputError
-from blender_rl_guiding.settings import Render, method
+from blender_rl_guiding.settings import METHODS, Render, method
 
 from ..acting import Acting
 from ..properties import read, write
@@ -56,7 +56,7 @@ class RLG_OT_method_add(_Edit):
         return f"Add {properties.name} to the list" if properties.name else "Add the settings of Render properties as they are now"
 
     def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-        if self.name and self.name not in methods.built_in():
+        if self.name and self.name not in METHODS:
             raise InputError(f"no guide or preset is called '{self.name}'")
         settings = method(self.name) if self.name else read(context.scene.rl_guiding, Render)
         methods.add(comparison, self.name or settings.guide.kind, settings)
@@ -139,8 +139,8 @@ class RLG_OT_method_sweep(_Edit):
 
 def _sections() -> list[list[str]]:
     """The names of guides and presets: those that sample lights first, as the scene's own settings do; without; the published ones."""
-    published = [name for name in methods.built_in() if name.startswith(_PUBLISHED)]
-    ours = [name for name in methods.built_in() if name not in published]
+    published = [name for name in METHODS if name.startswith(_PUBLISHED)]
+    ours = [name for name in METHODS if name not in published]
     return [[name for name in ours if method(name).nee], [name for name in ours if not method(name).nee], published]
 
 

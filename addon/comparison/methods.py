@@ -1,7 +1,7 @@
 """The methods of a comparison: into the list in the file, and back to settings."""
 
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import Any
 
 import bpy
 
@@ -9,16 +9,11 @@ from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.flat import active, flags, override
 from blender_rl_guiding.schema import Entry, Settings, entries, named
-from blender_rl_guiding.settings import PRESETS, Guide, Render
+from blender_rl_guiding.settings import Render
 
 from ..properties import read, write
 
 _METHODS = next(entry for entry in entries(Comparison) if entry.name == "methods")
-
-
-def built_in() -> list[str]:
-    """The names of guides with their defaults, and of presets."""
-    return [*(guide.kind for guide in get_args(Guide)), *PRESETS]
 
 
 def add(comparison: bpy.types.PropertyGroup, name: str, settings: Render) -> None:

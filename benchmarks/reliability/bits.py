@@ -6,6 +6,7 @@ import random
 import shutil
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from blender_rl_guiding.render import render
@@ -18,7 +19,7 @@ from .commands import GOES_ON, Process, called, difference, digest
 from .folders import compared
 from .guard import Guard
 from .kills import OFTEN
-from .ledger import FoundError, Outcome
+from .ledger import FoundError, Outcome, outcome_of_check
 
 SIZE = 32  # pixels, both ways
 THREADS, BATCHES, KILLS = (1, 2, 3), (77, 1000, 16384), 3
@@ -49,16 +50,16 @@ def outcomes(steps: range, seed: int, folder: Path, size: int = SIZE, kills: int
     guard = Guard(folder)
     bundle, names = scenes.saved(guard.root, size), list(GUIDES)
     for step in steps:
-        start, rng, name = time.monotonic(), random.Random(f"{seed} {step}"), names[step % len(names)]
-        settings, finding, renders = Render(spp=8, seed=seed, guide=GUIDES[name]), "", 0
-        try:
-            with guard.here():
-                renders += _of_threads(bundle, settings)
-                renders += _of_jobs(bundle, settings, guard.folder(step))
-                renders += _of_kills(bundle, settings, guard, rng, kills)
-        except FoundError as error:
-            finding = f"{error} ({name})"
-        yield Outcome(step, name, finding=finding, seconds=time.monotonic() - start, numbers={"renders": renders})
+        rng, name = random.Random(f"{seed} {step}"), names[step % len(names)]
+        check = partial(_check, bundle, Render(spp=8, seed=seed, guide=GUIDES[name]), guard, guard.folder(step), rng, kills)
+        yield outcome_of_check(step, name, check)
+
+
+def _check(bundle: Path, settings: Render, guard: Guard, folder: Path, rng: random.Random, kills: int) -> dict[str, float]:
+    """The number of images compared."""
+    with guard.here():
+        compared = _of_threads(bundle, settings) + _of_jobs(bundle, settings, folder) + _of_kills(bundle, settings, guard, rng, kills)
+    return {"renders": compared}
 
 
 def figures(rows: list[dict[str, float]]) -> dict[str, float]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from blender_rl_guiding import kernels
+from blender_rl_guiding.children import fate
 from blender_rl_guiding.experiments.references import reference
 from blender_rl_guiding.experiments.truth import kept
 from blender_rl_guiding.kernels import source_key
@@ -28,7 +29,6 @@ RENDERS = """
 import hashlib, sys
 from pathlib import Path
 from blender_rl_guiding.render import render
-from blender_rl_guiding.kernels import source_key
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.settings import Machine, Render
 print(hashlib.sha256(render(load(Path(sys.argv[1])), Render(spp=2), Machine(threads=2)).image.tobytes()).hexdigest())
@@ -97,12 +97,10 @@ class Fuzz:
         return "kernels", ""
 
     def _rendered(self, cache: Path) -> str:
-        """The SHA-256 of an image rendered by a child process. If it fails: its status and last line."""
-        environment = os.environ | {"XDG_CACHE_HOME": str(cache)}
-        done = subprocess.run(
-            [sys.executable, "-c", RENDERS, str(self._bundle)], env=environment, capture_output=True, text=True, errors="replace"
-        )
-        return done.stdout.strip() if not done.returncode else f"status {done.returncode}: {(done.stderr.strip().splitlines() or [''])[-1]}"
+        """The SHA-256 of an image rendered by a child process, or how that ended."""
+        command, environment = [sys.executable, "-c", RENDERS, str(self._bundle)], os.environ | {"XDG_CACHE_HOME": str(cache)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, errors="replace")
+        return fate(done.returncode, done.stderr.strip()) if done.returncode else done.stdout.strip()
 
 
 def damage_file(path: Path, rng: random.Random, others: list[Path]) -> str:

@@ -20,15 +20,8 @@ from .ledger import ROOT, FoundError
 
 PATIENCE = 900.0  # time limit of each wait in seconds; the slowest takes 60
 GOES_ON = "goes on from"  # a part of the line of a render that starts from a checkpoint
-TIMES = {
-    "seconds",
-    "learn_seconds",
-    "train_seconds",
-    "infer_seconds",
-    "machine",
-    "command",
-    "sha256",
-}  # keys of values that depend on the clock or the machine, and of checksums of these
+# Keys of values that depend on the clock or the machine, and of checksums of these.
+TIMES = {"seconds", "learn_seconds", "train_seconds", "infer_seconds", "machine", "command", "sha256"}
 SMALL = (  # a network that learns quickly
     *("--dqn.layers", "2", "--dqn.width", "8", "--dqn.rows", "3", "--dqn.columns", "4", "--dqn.cells", "4"),
     *("--dqn.learning-starts", "64", "--dqn.batch", "64", "--dqn.first-steps", "4", "--dqn.steps", "2"),
@@ -47,20 +40,14 @@ def called(*arguments: object) -> tuple[int, str]:
     return status, said.getvalue()
 
 
-def knows(flag: str) -> bool:
-    """Whether `rlg render` has a flag."""
-    from blender_rl_guiding.doors.cli import COMMANDS
-    from blender_rl_guiding.doors.parser import parser
-
-    with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.suppress(SystemExit):
-        parser(COMMANDS).parse_args(["render", "--help"])
-    return flag in said.getvalue()
-
-
 # `rlg` without the least time between two checkpoints.
-_PROGRAM = "import sys; from blender_rl_guiding.render import checkpoint; from blender_rl_guiding.doors.cli import main; " + (
-    "checkpoint.SHARE = 0; sys.exit(main())"
-)
+_PROGRAM = """
+import sys
+from blender_rl_guiding.doors.cli import main
+from blender_rl_guiding.render import checkpoint
+checkpoint.SHARE = 0
+sys.exit(main())
+"""
 
 
 class Process:
@@ -113,9 +100,9 @@ class Process:
                 self._process.kill()
         self._process.wait()
 
-    def orphans(self, seconds: float = 30.0) -> list[str]:
-        """The processes of its session that are still alive after at most `seconds`."""
-        end = time.monotonic() + seconds
+    def orphans(self) -> list[str]:
+        """The processes of its session that are still alive after thirty seconds, at most."""
+        end = time.monotonic() + 30.0
         while (left := _session(self._process.pid)) and time.monotonic() < end:
             time.sleep(0.05)
         return left

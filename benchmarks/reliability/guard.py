@@ -9,14 +9,8 @@ from pathlib import Path
 from typing import Any
 
 _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-_PATHS = (
-    "os.remove",
-    "os.mkdir",
-    "os.rmdir",
-    "os.chmod",
-    "os.chown",
-    "shutil.rmtree",
-)  # events whose first argument is a path
+# Events whose first argument is a path.
+_PATHS = ("os.remove", "os.mkdir", "os.rmdir", "os.chmod", "os.chown", "shutil.rmtree")
 _FOLLOWS = ("os.chmod", "os.chown")
 _PAIRS = ("os.rename", "os.link", "os.symlink", "shutil.move", "shutil.copyfile")
 _STARTS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "socket.connect", "webbrowser.open")

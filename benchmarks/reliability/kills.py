@@ -30,16 +30,21 @@ COMMANDS: dict[str, tuple[object, ...]] = {  # the command, and its options behi
 }
 
 
+def words(name: str, bundle: Path) -> tuple[object, ...]:
+    """A command on the scene of a bundle, without its folder."""
+    first, *options = COMMANDS[name]
+    scene = ("slides-resolution", "--scenes", bundle.parent) if first == "sweep" else (bundle,)
+    return (first, *scene, *options)
+
+
 class Victim:
     """A command, its results if never killed, and a folder where it is killed again and again."""
 
     def __init__(self, name: str, folder: Path, size: int = SIZE) -> None:
         shutil.rmtree(folder, ignore_errors=True)
         self.name, self._guard = name, Guard(folder)
-        first, *options = COMMANDS[name]
-        bundle = scenes.saved(self._guard.root, size, "a1")
-        scene = ("slides-resolution", "--scenes", bundle.parent) if first == "sweep" else (bundle,)
-        self._command = (first, *scene, *options, *(OFTEN if first == "render" else ()))
+        command = words(name, scenes.saved(self._guard.root, size, "a1"))
+        self._command = (*command, *OFTEN) if command[0] == "render" else command
         self._out, self.went_on = self._guard.work / "killed", 0  # starts from a checkpoint
         self.usual, self._rendering, self._clean = self._undisturbed()
         self._anew()

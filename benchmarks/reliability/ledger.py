@@ -4,7 +4,9 @@ import hashlib
 import json
 import platform
 import re
+import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,6 +33,16 @@ class Outcome:
     finding: str = ""  # the fault, its kind first: "traceback: ..."; empty if there is none
     seconds: float = 0.0
     numbers: dict[str, float] = field(default_factory=dict)  # measures
+
+
+def outcome_of_check(step: int, result: str, check: Callable[[], dict[str, float]]) -> Outcome:
+    """What a check came to: the measures that it returns, or its finding."""
+    start, finding, numbers = time.monotonic(), "", {}
+    try:
+        numbers = check()
+    except FoundError as error:
+        finding = f"{error} ({result})"
+    return Outcome(step, result, finding=finding, seconds=time.monotonic() - start, numbers=numbers)
 
 
 class Ledger:

@@ -102,9 +102,9 @@ def started(folder: Path, bundle: Path) -> Talk:
     return talk
 
 
-def jobs(bundle: Path, folder: Path, guide: Any = None) -> list[dict[str, Any]]:
+def jobs(bundle: Path, folder: Path) -> list[dict[str, Any]]:
     """A job of each kind. Each takes little time."""
-    settings = to_dict(Render(spp=1, seconds=0.5, guide=guide or QTable(cells=4, recorded=500)))
+    settings = to_dict(Render(spp=1, seconds=0.5, guide=QTable(cells=4, recorded=500)))
     about = {"bundle": str(bundle), "settings": settings, "machine": {"threads": 2}, "out": "run"}
     methods = (("bsdf", Render(spp=1, seconds=0.5)),)
     compared = to_dict(Comparison(methods, budget="EACH", reference_spp=1, probe=(4, 6)))
@@ -123,9 +123,8 @@ class Fuzz:
 
     def __init__(self, guard: Guard) -> None:
         self._guard = guard
-        self._texts = [
-            text for text in mutations.TEXTS if "/" not in text and ".." not in text and len(text) < 1000
-        ]  # without paths: the worker rightly writes wherever a job's folder is
+        # Without paths: the worker rightly writes wherever a job's folder is.
+        self._texts = [text for text in mutations.TEXTS if "/" not in text and ".." not in text and len(text) < 1000]
         self._bundle = scenes.saved(guard.tmp, scenes.SIZE)
         self._runs = guard.work / "runs"
         self._runs.mkdir()

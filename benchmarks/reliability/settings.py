@@ -6,14 +6,13 @@ from pathlib import Path
 
 from blender_rl_guiding.flat import flags, override
 from blender_rl_guiding.schema import from_dict, to_dict
-from blender_rl_guiding.settings import PRESETS, Machine, Render, method
+from blender_rl_guiding.settings import METHODS, Machine, Render, method
 
 from . import mutations
 from .commands import called, outcome_of
 from .guard import Guard
 from .ledger import FoundError
 
-_NAMES = [*PRESETS, "uniform", "bsdf", "qtable", "dqn"]
 _COMMANDS = ("render", "inspect", "compare", "sweep", "export", "report", "metrics")
 _MISSING = "there-is-none.npz"  # the scene: nothing is rendered, but settings are read before it
 
@@ -25,14 +24,14 @@ class Fuzz:
         self._texts = [text for text in mutations.TEXTS if text not in mutations.RAW]
         self._flags = [name.replace("_", "-") for config in (Render, Machine) for name, _ in flags(config)]
         self._typed = [text for text in self._texts if len(text) < 1000 and text.isprintable()]  # errors quote them in one line
-        self._words = (*self._typed, *map(str, mutations.NUMBERS), *guard.ways_out, "1", "2", "0.5", *_NAMES)
+        self._words = (*self._typed, *map(str, mutations.NUMBERS), *guard.ways_out, "1", "2", "0.5", *METHODS)
 
     def attempt(self, rng: random.Random, folder: Path) -> tuple[str, str]:
         way = rng.choice((self._data, self._data, self._file, self._changes, self._changes, self._line))
         return way(rng, folder)
 
     def _data(self, rng: random.Random, folder: Path) -> tuple[str, str]:
-        config, values = rng.choice(((Render, to_dict(method(rng.choice(_NAMES)))), (Machine, to_dict(Machine()))))
+        config, values = rng.choice(((Render, to_dict(method(rng.choice(METHODS)))), (Machine, to_dict(Machine()))))
         made = mutations.damaged(values, rng, self._texts)
         (folder / "values.txt").write_text(ascii(made))
         settings = from_dict(config, made)
@@ -41,7 +40,7 @@ class Fuzz:
         return "accepted", ""
 
     def _file(self, rng: random.Random, folder: Path) -> tuple[str, str]:
-        text = mutations.text(mutations.damaged(to_dict(method(rng.choice(_NAMES))), rng), rng)
+        text = mutations.text(mutations.damaged(to_dict(method(rng.choice(METHODS))), rng), rng)
         data = text.encode("utf-8", "surrogatepass")
         (folder / "preset.json").write_bytes(mutations.damaged_bytes(data, rng) if rng.random() < 0.2 else data)
         return self._call(folder, "render", folder / _MISSING, "--settings", folder / "preset.json", "--out", folder / "out")
@@ -55,7 +54,7 @@ class Fuzz:
             for _ in range(rng.choice((1, 1, 2, 4)))
         }
         (folder / "changes.txt").write_text(ascii(changes))
-        override(method(rng.choice(_NAMES)), changes)
+        override(method(rng.choice(METHODS)), changes)
         return "accepted", ""
 
     def _line(self, rng: random.Random, folder: Path) -> tuple[str, str]:

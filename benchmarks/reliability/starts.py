@@ -3,11 +3,12 @@
 import shutil
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from .commands import PATIENCE, Process, called, difference, digest
 from .guard import Guard
-from .ledger import FoundError, Outcome
+from .ledger import FoundError, Outcome, outcome_of_check
 from .scenes import saved
 
 SIZE = 16  # pixels, both ways
@@ -17,18 +18,14 @@ OPTIONS = ("--guide", "qtable", "--qtable.cells", 4, "--spp", 4, "--threads", 1)
 def outcomes(steps: range, seed: int, folder: Path) -> Iterator[Outcome]:
     """One outcome for each pair."""
     for step in steps:
-        start, finding, numbers = time.monotonic(), "", {}
-        shutil.rmtree(folder, ignore_errors=True)
-        guard = Guard(folder, folder / "kernels")
-        try:
-            numbers = _check(guard, saved(guard.root, SIZE))
-        except FoundError as error:
-            finding = str(error)
-        yield Outcome(step, "started", finding=finding, seconds=time.monotonic() - start, numbers=numbers)
+        yield outcome_of_check(step, "started", partial(_check, folder))
 
 
-def _check(guard: Guard, bundle: Path) -> dict[str, float]:
-    """(seconds of the cold starts, seconds of a start after them)."""
+def _check(folder: Path) -> dict[str, float]:
+    """Seconds of the cold starts, and of a start after them."""
+    shutil.rmtree(folder, ignore_errors=True)
+    guard = Guard(folder, folder / "kernels")
+    bundle = saved(guard.root, SIZE)
     shutil.rmtree(guard.cache)
     guard.cache.mkdir()  # empty, without the link to kernels
     command, outs = ("render", bundle, *OPTIONS), [guard.work / name for name in ("one", "other", "after")]

@@ -12,7 +12,7 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -104,22 +104,17 @@ def main(arguments: list[str]) -> None:
     faulthandler.enable()
     guard = Guard(Path(root), kernels)
     os.chdir(guard.work)
-    used = trial(kind, guard, values)
-    outcomes, watch = tried(used, guard, int(seed), range(int(first), int(end))), _watched()
-    while watch(lambda: next(outcomes, None), answers):
-        pass
+    outcomes = tried(trial(kind, guard, values), guard, int(seed), range(int(first), int(end)))
+    while outcome := _within_limit(outcomes):
+        print(line(outcome), file=answers)
 
 
-def _watched() -> Callable[[Callable[[], Outcome | None], Any], bool]:
-    def one(following: Callable[[], Outcome | None], answers: Any) -> bool:
-        faulthandler.dump_traceback_later(LIMIT, exit=True)
-        outcome = following()
-        faulthandler.cancel_dump_traceback_later()
-        if outcome:
-            print(line(outcome), file=answers)
-        return outcome is not None
-
-    return one
+def _within_limit(outcomes: Iterator[Outcome]) -> Outcome | None:
+    """The next outcome; None after the last. An input that takes too long ends the process."""
+    faulthandler.dump_traceback_later(LIMIT, exit=True)
+    outcome = next(outcomes, None)
+    faulthandler.cancel_dump_traceback_later()
+    return outcome
 
 
 if __name__ == "__main__":

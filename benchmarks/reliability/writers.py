@@ -1,14 +1,14 @@
 """Two commands write into one folder at once: one does its work, the other fails with a line, and the folder is that of one."""
 
 import shutil
-import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from .commands import Process, called, difference, digest
 from .guard import Guard
-from .kills import COMMANDS, SIZE
-from .ledger import FoundError, Outcome
+from .kills import COMMANDS, SIZE, words
+from .ledger import FoundError, Outcome, outcome_of_check
 from .scenes import saved
 
 
@@ -18,18 +18,11 @@ def outcomes(steps: range, seed: int, folder: Path, names: tuple[str, ...] = tup
     guard = Guard(folder)
     bundle = saved(guard.root, SIZE, "a1")
     for step in steps:
-        start, name, finding = time.monotonic(), names[step % len(names)], ""
-        first, *options = COMMANDS[name]
-        scene = ("slides-resolution", "--scenes", bundle.parent) if first == "sweep" else (bundle,)
-        own = guard.folder(step)
-        try:
-            _check(guard, (first, *scene, *options), own)
-        except FoundError as error:
-            finding = f"{error} ({name})"
-        yield Outcome(step, name, finding=finding, seconds=time.monotonic() - start)
+        name = names[step % len(names)]
+        yield outcome_of_check(step, name, partial(_check, guard, words(name, bundle), guard.folder(step)))
 
 
-def _check(guard: Guard, command: tuple[object, ...], folder: Path) -> None:
+def _check(guard: Guard, command: tuple[object, ...], folder: Path) -> dict[str, float]:
     with guard.here():
         called(*command, "--out", folder / "alone")
     with Process(guard, *command, "--out", folder / "both") as one, Process(guard, *command, "--out", folder / "both") as other:
@@ -41,3 +34,4 @@ def _check(guard: Guard, command: tuple[object, ...], folder: Path) -> None:
         raise FoundError(f"text: the second says {statuses[1][1][-300:]!r}")
     if wrong := difference(digest(folder / "both"), digest(folder / "alone")):
         raise FoundError(f"difference: {wrong}")
+    return {}

@@ -81,7 +81,8 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
             nonlocal failed
             failed += outcome.seconds is None
             forecast.end(task, outcome)
-            tell(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
+            fault = "FAILED: " if outcome.seconds is None else ""
+            tell(f"{task.label}: {fault}{outcome.text} ({forecast})")
 
         perform_all(due, machine, jobs, on_pace, on_end)
     return failed

@@ -30,7 +30,7 @@ class Axis(NamedTuple):
     def ticks(self) -> list[float]:
         """Round numbers within, about four to eight."""
         if not self.log:
-            step = _round_step((self.high - self.low) / 5)
+            step = round_step((self.high - self.low) / 5)
             return [k * step for k in range(math.ceil(self.low / step), math.floor(self.high / step) + 1)]
         steps = (1, 2, 5) if self.high - self.low < 2.5 else (1,)
         every = [step * 10.0**decade for decade in range(math.floor(self.low), math.ceil(self.high) + 1) for step in steps]
@@ -65,7 +65,7 @@ class Plot(NamedTuple):
         return axis([x for x, _ in points], self.log_x), axis([y for _, y in points], self.log_y)
 
 
-def _round_step(step: float) -> float:
+def round_step(step: float) -> float:
     """1, 2 or 5 times a power of ten, at least `step`."""
     decade = 10.0 ** math.floor(math.log10(step))
     return next(k * decade for k in (1, 2, 5, 10) if k * decade >= step * 0.999)

@@ -46,7 +46,7 @@ def images(results: Results, scene: str) -> str:
     top = pictures.scale(maps)
     photos = [_figure(pictures.photo(reference), "reference", " ")]
     photos += [_shot(pictures.photo(image), run, "mape_display") for run, image in shots]
-    heats = [_shot(pictures.heat(errors, top), run, "mape") for (run, _), errors in zip(shots, maps, strict=True)]
+    heats = [_shot(pictures.uri(pictures.heat_map(errors, top)), run, "mape") for (run, _), errors in zip(shots, maps, strict=True)]
     about = f"{reference.shape[1]} × {reference.shape[0]} pixels, sRGB, white at radiance 1; the first seed of each method."
     scale = _scale(
         f"<div><span>0</span><span>{top:g} and more</span></div>",

@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 
 from ..images import png, to_display
+from .charts import round_step
 
 # Methods on light and dark paper; the first is the baseline's, grey.
 LIGHT = ("#7a808a", "#2b6cb0", "#d9730d", "#1a7f4b", "#a13ea8", "#b7312c", "#0e8fa8", "#8a7a00", "#d6568f", "#7b4a2b")
@@ -26,11 +27,6 @@ def photo(image: np.ndarray) -> str:
     return uri(to_display(image))
 
 
-def heat(errors: np.ndarray, top: float) -> str:
-    """A data URI of `heat_map`."""
-    return uri(heat_map(errors, top))
-
-
 def heat_map(errors: np.ndarray, top: float) -> np.ndarray:
     """A map of errors (H, W) in colours, (H, W, 3) uint8; 0 is black, `top` and above yellow."""
     return COLOURS[(np.clip(errors / top, 0.0, 1.0) * 255.0).astype(np.uint8)]
@@ -41,8 +37,7 @@ def scale(maps: Iterable[np.ndarray]) -> float:
     high = max((float(np.percentile(m, 95)) for m in maps), default=0.0)
     if high <= 0.0:
         return 1.0
-    decade = 10.0 ** np.floor(np.log10(high))
-    return next(float(step * decade) for step in (1, 2, 5, 10) if step * decade >= high * 0.999)
+    return round_step(high)
 
 
 def rgbe(image: np.ndarray) -> str:

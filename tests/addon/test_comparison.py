@@ -24,7 +24,7 @@ from blender_rl_guiding.flat import flags
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.render import render
 from blender_rl_guiding.schema import entries
-from blender_rl_guiding.settings import BSDF, DQN, PRESETS, RBF, QTable, Render, Uniform, method
+from blender_rl_guiding.settings import BSDF, DQN, METHODS, PRESETS, RBF, QTable, Render, Uniform, method
 from tests.addon.layout import context, drawn
 
 from .conftest import Export
@@ -150,10 +150,10 @@ def test_the_budget_is_that_of_the_comparison(scene: bpy.types.Scene):
 
 def test_methods_come_from_presets_guides_and_the_scene(scene: bpy.types.Scene):
     comparison = scene.rl_guiding_comparison
-    for name in methods.built_in():
+    for name in METHODS:
         assert bpy.ops.rl_guided.method_add(name=name) == {"FINISHED"}
         assert methods.settings_of(comparison.methods[-1]) == method(name)
-    assert set(PRESETS) < set(methods.built_in())
+    assert set(PRESETS) < set(METHODS)
     write(scene.rl_guiding, Render(nee=True, guide=DQN(width=7)))
     bpy.ops.rl_guided.method_add()
     assert comparison.methods[-1].name == "dqn 2"
