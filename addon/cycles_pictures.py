@@ -19,6 +19,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).parent))  # there is no add-on in that Blender
 
 from lifeline import hold
+from neutral import neutral, panorama_of
 
 WIDTH, HEIGHT = 512, 256  # of a sky: the size of Cycles' own tables of the scattering models
 ACROSS = 1024  # pixels around the horizon, of any other picture
@@ -34,17 +35,13 @@ def panorama() -> bpy.types.Scene:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    cycles, render = scene.cycles, scene.render
+    neutral(scene)
+    cycles = scene.cycles
     cycles.device, cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = "CPU", 1, False, False
     cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01
-    render.use_compositing = render.use_sequencer = False
-    if bpy.app.version >= (5, 0):
-        render.image_settings.media_type = "IMAGE"
-    render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
-    render.image_settings.color_mode, render.image_settings.exr_codec = "RGB", "NONE"
     camera = bpy.data.cameras.new("Camera")
     camera.type = "PANO"
-    settings(camera).panorama_type = "EQUIRECTANGULAR"
+    panorama_of(camera).panorama_type = "EQUIRECTANGULAR"
     scene.camera = bpy.data.objects.new("Camera", camera)
     scene.camera.rotation_euler = (math.pi / 2, 0.0, 0.0)
     scene.collection.objects.link(scene.camera)
@@ -56,14 +53,9 @@ def panorama() -> bpy.types.Scene:
     return scene
 
 
-def settings(camera: bpy.types.Camera) -> Any:
-    """The owner of a camera's panorama settings, which were Cycles' before Blender 5.0."""
-    return camera if hasattr(camera, "panorama_type") else camera.cycles
-
-
 def look(scene: bpy.types.Scene, width: int, height: int, longitudes: tuple[float, float], latitudes: tuple[float, float]) -> np.ndarray:
     """Colours between longitudes, to the right of +y, and latitudes: (height, width, 3) float32, the lowest row first."""
-    camera = settings(scene.camera.data)
+    camera = panorama_of(scene.camera.data)
     camera.longitude_min, camera.longitude_max = longitudes
     camera.latitude_min, camera.latitude_max = latitudes
     scene.render.resolution_x, scene.render.resolution_y = width, height

@@ -6,10 +6,11 @@
 |                                  |                               | motion blur, whose losses it lists                                    |
 | cycles_reference.py              | `neutral`, `CYCLES`, crop     | the same, so that it is of the same pixels; no motion blur            |
 | comparison/slots.py: shows images| `PIPELINE`, taken back after  | all else: it is the user's scene                                      |
-| cycles_pictures.py               | nothing: a scene of its own   | a world of the user's file                                            |
+| cycles_pictures.py               | `neutral`, of its own scene   | a world of the user's file                                            |
 | F12                              | nothing: it is as asked for   | everything                                                            |
 
-This file imports nothing of the add-on: scripts use it in a Blender without it. Names that a version of Blender lacks are skipped.
+This file imports nothing of the add-on: scripts use it in a Blender without it. Names that a version of Blender lacks are skipped;
+`panorama_of` finds those that have moved.
 """
 
 from typing import Any
@@ -86,3 +87,8 @@ def apply(settings: dict[str, Any], owner: Any) -> None:
 def first_layer(scene: bpy.types.Scene) -> str:
     """The name of the first view layer that renders; empty if none does."""
     return next((layer.name for layer in scene.view_layers if layer.use), "")
+
+
+def panorama_of(camera: bpy.types.Camera) -> Any:
+    """The owner of a camera's panorama settings, which were Cycles' before Blender 5.0."""
+    return camera if hasattr(camera, "panorama_type") else camera.cycles

@@ -11,9 +11,8 @@ from typing import Any
 import bpy
 from bl_ui.utils import PresetPanel
 
-from blender_rl_guiding import typed
 from blender_rl_guiding.errors import InputError, atomic
-from blender_rl_guiding.schema import entries, from_dict, to_dict
+from blender_rl_guiding.schema import entries, from_dict, from_file, to_dict
 from blender_rl_guiding.settings import PRESETS, Render
 
 from .acting import Acting
@@ -57,13 +56,7 @@ def shown_name(path: Path) -> str:
 
 def load(scene: bpy.types.Scene, path: Path) -> None:
     """Take over all settings of a file. InputError names the file and its fault."""
-    try:
-        settings = from_dict(Render, typed.load(path))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (InputError, ValueError) as error:
-        raise InputError(f"{path.name}: {error}") from error
-    write(scene.rl_guiding, settings)
+    write(scene.rl_guiding, from_file(Render, path, path.name))
 
 
 def add(scene: bpy.types.Scene, name: str) -> Path:

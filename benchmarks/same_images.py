@@ -24,6 +24,7 @@ from blender_rl_guiding.flags import Parser, positive
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.scene.data import ARRAYS, SceneData
 from blender_rl_guiding.settings import Guide, Render
+from tests.unions import SIZES
 
 from .checkouts import SIDES, Pair, contents, of_both, unlike
 from .reliability.ledger import ROOT
@@ -31,10 +32,6 @@ from .reliability.ledger import ROOT
 NEE = "--nee", "--no-nee"
 VIEW = "--resolution", "160x90", "--percentage", "100"
 SHARED = "--spp", "4", "--threads", "2", "--batch", "2048"  # several batches for each thread
-SMALL = {  # settings of any guide and encoder: what learns in no time, and learns after each sample
-    "layers": 2, "width": 32, "rows": 6, "columns": 8, "cells": 16, "features": 8,
-    "recorded": 8000, "learning_starts": 512, "batch": 512, "first_steps": 20, "steps": 8,
-}  # fmt: skip
 SPEED_VIEW = "--resolution", "320x180", "--percentage", "100"
 SPEED = {"bsdf --nee": ("--guide", "bsdf", "--nee"), "qtable --no-nee": ("--guide", "qtable", "--no-nee")}
 SPEED_SPP = "16"
@@ -61,7 +58,7 @@ def methods() -> Iterator[Method]:
         menus = {f"{guide.kind}.{entry.name}": entry.variants for entry in schema.entries(guide) if entry.variants}
         for kinds in product(*menus.values()):
             chosen = {"guide": guide.kind} | dict(zip(menus, kinds, strict=True))
-            small = {name: SMALL.get(name.rpartition(".")[2]) for name in flat.active(flat.override(Render(), chosen)) if "." in name}
+            small = {name: SIZES.get(name.rpartition(".")[2]) for name in flat.active(flat.override(Render(), chosen)) if "." in name}
             values = chosen | {name: value for name, value in small.items() if value is not None and name not in chosen}
             flags = (part for name, value in values.items() for part in (flag(name), str(value)))
             yield Method(" ".join(chosen.values()), chosen, tuple(flags))
@@ -104,19 +101,11 @@ def renders(chosen: Sequence[Method], turn: int, every: bool) -> Iterator[tuple[
 
 
 class Count(NamedTuple):
-    """Renders and bundles that are the same, and how many there were."""
+    """Of a scene: the renders that are the same, how many there were, and whether its bundles are the same."""
 
-    renders: int = 0
-    of: int = 0
-    bundles: int = 0
-    scenes: int = 0
-
-    def plus(self, more: "Count") -> "Count":
-        return Count(*(a + b for a, b in zip(self, more, strict=True)))
-
-    @property
-    def same(self) -> bool:
-        return (self.renders, self.bundles) == (self.of, self.scenes)
+    renders: int
+    of: int
+    bundle: bool
 
 
 def unlike_bundles(ours: SceneData, theirs: SceneData) -> str:
@@ -156,17 +145,17 @@ def compared(pair: Pair, scene: Path, flags_of_all: Sequence[tuple[str, ...]]) -
     bundles = "different bundles" if different else "same bundle"
     work = f"{rays / 1e6:.1f} million rays, {steps} training steps, {time.monotonic() - start:.0f} s"
     print(f"{scene.stem}: {agreed} of {len(flags_of_all)} renders agree, {bundles}; {work}", flush=True)
-    return Count(agreed, len(flags_of_all), not different, 1)
+    return Count(agreed, len(flags_of_all), not different)
 
 
 def bits(pair: Pair, scenes: Sequence[Path], every: bool) -> int:
     """Compare all scenes; status 1 where something differs."""
-    chosen, count = known(pair), Count()
-    for turn, scene in enumerate(scenes):
-        count = count.plus(compared(pair, scene, list(renders(chosen, turn, every))))
-    print(f"{count.bundles} of {count.scenes} bundles have the same key")
-    print(f"{count.renders} of {count.of} renders have the same bits")
-    return int(not count.same)
+    chosen = known(pair)
+    counts = [compared(pair, scene, list(renders(chosen, turn, every))) for turn, scene in enumerate(scenes)]
+    bundles, same, of = (sum(getattr(count, name) for count in counts) for name in ("bundle", "renders", "of"))
+    print(f"{bundles} of {len(scenes)} bundles have the same key")
+    print(f"{same} of {of} renders have the same bits")
+    return int((bundles, same) != (len(scenes), of))
 
 
 # -------------------------------------------------------------------------------------------------------------- speed

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import flat, schema, typed
+from . import flat, schema
 from .comparison import Comparison
 from .errors import InputError
 from .scene.description import Loss
@@ -132,12 +132,7 @@ def render_settings(options: argparse.Namespace, base: Render) -> Render:
     """The settings of a render: of a preset or file, or else `base`; then the flags. InputError where the file cannot be read."""
     base = method(options.preset) if options.preset else base
     if options.settings:
-        try:
-            base = schema.from_dict(Render, typed.load(options.settings))
-        except OSError as error:
-            raise InputError(f"cannot read {options.settings}: {error.strerror or error}") from error
-        except (InputError, ValueError) as error:
-            raise InputError(f"{options.settings}: {error}") from error
+        base = schema.from_file(Render, options.settings, str(options.settings))
     return flat.override(base, given(options, Render))
 
 

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, TypeVar, get_args, get_or
 
 from .errors import InputError
 from .strings import fault_of_name
-from .typed import shown
+from .typed import load, shown
 
 LARGEST = 1 << 1023  # whole number that surely is a float, too
 
@@ -231,6 +231,16 @@ def from_dict(config: type[SettingsType], values: Any) -> SettingsType:
             raise SettingsError(f"{config.kind} has no setting {shown(name)}{hint(name, known)}")
         kwargs[name] = _read(known[name], value, f"{config.kind}.{name}")
     return config(**kwargs)
+
+
+def from_file(config: type[SettingsType], path: Path, called: str) -> SettingsType:
+    """Settings from a file of JSON. InputError where it cannot be read or has a fault, before which stands how it is `called`."""
+    try:
+        return from_dict(config, load(path))
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (InputError, ValueError) as error:
+        raise InputError(f"{called}: {error}") from error
 
 
 def _read(entry: Entry, value: Any, path: str) -> Any:

@@ -8,16 +8,13 @@ from mathutils import Vector
 from blender_rl_guiding.errors import InputError
 
 from ..acting import Acting
+from ..export.camera import region_of
 
 
 def size_of(scene: bpy.types.Scene) -> tuple[int, int]:
     """Width and height of the image that the scene renders."""
-    render = scene.render
-    width, height = (side * render.resolution_percentage // 100 for side in (render.resolution_x, render.resolution_y))
-    if render.use_border:
-        width = int(width * (render.border_max_x - render.border_min_x))
-        height = int(height * (render.border_max_y - render.border_min_y))
-    return max(1, width), max(1, height)
+    left, right, bottom, top = region_of(scene.render)
+    return max(1, right - left), max(1, top - bottom)
 
 
 def pixel_at(scene: bpy.types.Scene, point: Vector) -> tuple[int, int]:

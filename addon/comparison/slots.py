@@ -10,6 +10,7 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 
 from .. import capture
+from ..export.images import stored_pixels
 from ..neutral import PIPELINE, apply, first_layer
 
 _OWN = PIPELINE | {"use_border": False, "resolution_percentage": 100}
@@ -55,13 +56,11 @@ def result() -> bpy.types.Image | None:
 
 def pixels(image: bpy.types.Image) -> np.ndarray:
     """(height, width, 4) float32, linear, bottom row first. InputError where the file of the image is gone."""
-    width, height = image.size
-    if not (width and height):
+    if not all(image.size):
         raise InputError(f"the image '{image.name}' is not at {image.filepath}")
-    values = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(values)
-    values = values.reshape(height, width, image.channels)
-    return np.ascontiguousarray(np.dstack([values[..., :3], np.ones((height, width), np.float32)]))
+    texels = np.ascontiguousarray(stored_pixels(image)[::-1])
+    texels[..., 3] = 1.0
+    return texels
 
 
 def _slots() -> Any:

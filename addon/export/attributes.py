@@ -133,10 +133,6 @@ def _attribute(placed: Placed, name: str) -> np.ndarray | None:
     return _at_corners(placed.data, name, _triples)
 
 
-def _alpha(placed: Placed, name: str) -> np.ndarray | None:
-    return _at_corners(placed.data, name, _alphas)
-
-
 def _tangent(placed: Placed, name: str) -> np.ndarray | None:
     both = _tangents(placed, name)
     return None if both is None else both[0]
@@ -155,7 +151,7 @@ _READERS: dict[str, Callable[[Placed, str], np.ndarray | None]] = {
     "PARAMETRIC": _parametric,
     "RADIAL": _radial,
     "ATTRIBUTE": _attribute,
-    "ATTRIBUTE_ALPHA": _alpha,
+    "ATTRIBUTE_ALPHA": lambda placed, name: _at_corners(placed.data, name, _alphas),
     "TANGENT": _tangent,
     "TANGENT_SIGN": _tangent_sign,
 }

@@ -9,6 +9,7 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.description import Camera, CameraKind, Loss
 
+from ..neutral import panorama_of
 from .coverage import CROPPED
 
 _KINDS: dict[str, CameraKind] = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panorama"}
@@ -25,9 +26,8 @@ def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple
         raise InputError(f"scene '{scene.name}' has no camera (Properties > Scene > Camera)")
     thing, render = scene.camera.evaluated_get(depsgraph), scene.render
     data = thing.data
-    width = render.resolution_x * render.resolution_percentage // 100
-    height = render.resolution_y * render.resolution_percentage // 100
-    region = (0, width, 0, height) if whole else _region(render, width, height)
+    width, height = frame_size(render)
+    region = (0, width, 0, height) if whole else region_of(render)
     kind = _kind(data)
     window = _window(data, kind, width * render.pixel_aspect_x, height * render.pixel_aspect_y)
     camera = Camera(
@@ -45,14 +45,9 @@ def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple
 
 def _kind(data: bpy.types.Camera) -> CameraKind:
     """The kind of a camera; perspective for those that are not supported: fisheyes, cylinders, OSL."""
-    if data.type == "PANO" and _panorama(data).panorama_type != "EQUIRECTANGULAR":
+    if data.type == "PANO" and panorama_of(data).panorama_type != "EQUIRECTANGULAR":
         return "perspective"
     return _KINDS.get(data.type, "perspective")
-
-
-def _panorama(data: bpy.types.Camera):
-    """The owner of a camera's panorama settings, which were Cycles' before Blender 5.0."""
-    return data if hasattr(data, "panorama_type") else data.cycles
 
 
 def _window(data: bpy.types.Camera, kind: str, width: float, height: float) -> tuple[float, float, float, float]:
@@ -69,14 +64,20 @@ def _window(data: bpy.types.Camera, kind: str, width: float, height: float) -> t
 
 def _sphere_window(data: bpy.types.Camera) -> tuple[float, float, float, float]:
     """Longitudes to the left and right, latitudes at the bottom and top; a shift of 1 is the whole image."""
-    settings = _panorama(data)
+    settings = panorama_of(data)
     longitude, latitude = settings.longitude_max - settings.longitude_min, settings.latitude_max - settings.latitude_min
     left, bottom = settings.longitude_min + data.shift_x * longitude, settings.latitude_min + data.shift_y * latitude
     return left, left + longitude, bottom, bottom + latitude
 
 
-def _region(render: bpy.types.RenderSettings, width: int, height: int) -> tuple[int, int, int, int]:
+def frame_size(render: bpy.types.RenderSettings) -> tuple[int, int]:
+    """Width and height of the whole frame, in pixels."""
+    return render.resolution_x * render.resolution_percentage // 100, render.resolution_y * render.resolution_percentage // 100
+
+
+def region_of(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]:
     """The pixels to render: first and end column from the left, first and end row from the bottom, rounded as Blender rounds them."""
+    width, height = frame_size(render)
     if not render.use_border:
         return 0, width, 0, height
     edges = (render.border_min_x, width), (render.border_max_x, width), (render.border_min_y, height), (render.border_max_y, height)
@@ -118,7 +119,7 @@ def _focus(thing: bpy.types.Object, dof: bpy.types.CameraDOFSettings, depsgraph:
 
 def _losses(data: bpy.types.Camera, kind: str, render: bpy.types.RenderSettings) -> Iterator[str]:
     if kind != _KINDS.get(data.type):
-        name = _panorama(data).panorama_type if data.type == "PANO" else data.type
+        name = panorama_of(data).panorama_type if data.type == "PANO" else data.type
         yield f"type {name}: a perspective camera of {data.lens:g} mm stands in"
     if render.use_border and not render.use_crop_to_border:
         yield CROPPED

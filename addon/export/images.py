@@ -91,7 +91,7 @@ def _missing(name: str, tile: int = 0, rest: int = 0) -> Texture:
 
 def _texels(image: bpy.types.Image, pixels: bpy.types.Image, *, opaque: bool, multiplied: bool) -> tuple[bool, np.ndarray]:
     """`srgb` and `texels` of a `Texture`."""
-    texels = _pixels(pixels)
+    texels = stored_pixels(pixels)
     if pixels.is_float:
         texels[~np.isfinite(texels).all(axis=2)] = 0.0  # as in Cycles: the whole texel, if one channel is not finite
     if multiplied and not pixels.is_float and not _is_handed_over(image):
@@ -103,7 +103,7 @@ def _texels(image: bpy.types.Image, pixels: bpy.types.Image, *, opaque: bool, mu
     return pixels.colorspace_settings.name not in _LINEAR, (texels * 255 + 0.5).astype(np.uint8)
 
 
-def _pixels(image: bpy.types.Image) -> np.ndarray:
+def stored_pixels(image: bpy.types.Image) -> np.ndarray:
     """(H, W, 4) float32, top row first: codes / 255 of 8-bit images, linear colours of others."""
     width, height, channels = *image.size, image.channels
     stored = np.empty(width * height * channels, np.float32)

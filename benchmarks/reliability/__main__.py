@@ -39,7 +39,7 @@ CAMPAIGNS = {
     "caches": Campaign("damaged caches: references, kernels, probes", 100, fuzzed=True),
     "checkpoints": Campaign("damaged checkpoints", 100, fuzzed=True),
     "kills": Campaign("compare, render and sweep --jobs 2, killed at random and started again", 100),
-    "bits": Campaign("eight guides and encoders: the same bits whatever the threads, batches, jobs and kills", 8),
+    "bits": Campaign("every guide and encoder: the same bits whatever the threads, batches, jobs and kills", 17),
     "disk": Campaign("a full disk at the writes of render, compare, report and export", 60),
     "writers": Campaign("two commands that write into one folder at once", 6),
     "starts": Campaign("two cold starts at once on an empty cache", 1),

@@ -1,4 +1,4 @@
-"""Eight guides and encoders: the bits do not depend on threads, batches, jobs or kills."""
+"""Every guide, encoder, and choice of their settings: the bits do not depend on threads, batches, jobs or kills."""
 
 import hashlib
 import json
@@ -12,7 +12,8 @@ from pathlib import Path
 from blender_rl_guiding.render import render
 from blender_rl_guiding.scene.bundle import load
 from blender_rl_guiding.schema import to_dict
-from blender_rl_guiding.settings import BSDF, DQN, RBF, BSpline, Encoder, Frequency, Machine, NoEncoding, QTable, Render, Uniform
+from blender_rl_guiding.settings import Machine, Render
+from tests import unions
 
 from . import scenes
 from .commands import GOES_ON, Process, called, difference, digest
@@ -23,25 +24,7 @@ from .ledger import FoundError, Outcome, outcome_of_check
 
 SIZE = 32  # pixels, both ways
 THREADS, BATCHES, KILLS = (1, 2, 3), (77, 1000, 16384), 3
-
-
-def _network(encoder: Encoder, loss: str = "dqn") -> DQN:
-    return DQN(
-        encoder=encoder, loss=loss, layers=2, width=16, rows=4, columns=6, cells=8,  # type: ignore[arg-type]  # one of the two
-        recorded=3000, learning_starts=256, batch=256, first_steps=10, steps=4,
-    )  # fmt: skip
-
-
-GUIDES = {
-    "uniform": Uniform(),
-    "bsdf": BSDF(),
-    "qtable": QTable(cells=8, recorded=3000),
-    "dqn": _network(NoEncoding()),
-    "dqn frequency": _network(Frequency()),
-    "dqn rbf": _network(RBF(width=8, features=8)),
-    "dqn bspline": _network(BSpline(width=8, features=4)),
-    "cdqn bspline matrix": _network(BSpline(reads="matrix", width=8, features=4), "cdqn"),
-}
+GUIDES = {unions.name(guide): guide for guide in unions.every_guide()}
 
 
 def outcomes(steps: range, seed: int, folder: Path, size: int = SIZE, kills: int = KILLS) -> Iterator[Outcome]:

@@ -70,7 +70,7 @@ def test_a_killed_render_loses_nothing(compiled, tmp_path):
 
 
 def test_one_guide_has_the_same_bits_however_it_is_rendered(compiled, tmp_path):
-    step = list(bits.GUIDES).index("cdqn bspline matrix")
+    step = list(bits.GUIDES).index("dqn encoder=(bspline reads=matrix)")
     assert found(bits.outcomes(range(step, step + 1), SEED, tmp_path / "bits", 12, kills=1)) == []
 
 
