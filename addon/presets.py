@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 from bl_ui.utils import PresetPanel
 
-from blender_rl_guiding.errors import InputError, atomic
+from blender_rl_guiding.errors import InputError, atomic, trying_to
 from blender_rl_guiding.schema import entries, from_dict, from_file, to_dict
 from blender_rl_guiding.settings import PRESETS, Render
 
@@ -74,10 +74,8 @@ def add(scene: bpy.types.Scene, name: str) -> Path:
 def remove(name: str) -> None:
     """Delete one of the user's presets. InputError where none has that name, or the file cannot be deleted."""
     path = path_of(name)
-    try:
+    with trying_to(f"remove {path}"):
         path.unlink()
-    except OSError as error:
-        raise InputError(f"cannot remove {path}: {error.strerror or error}") from error
 
 
 class RLG_OT_preset_apply(Acting):

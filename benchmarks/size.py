@@ -16,11 +16,7 @@ from blender_rl_guiding.errors import InputError, atomic
 
 OUT = Path(__file__).parents[1] / "out" / "bench" / "size.json"
 CUTS = (1, 3, 10, 32, 100, 316, 913)  # quads along each side of a wall: 12 to 10,002,828 triangles
-EMITTERS = {
-    "quads": (1, 10, 100, 1000, 10_000),
-    "points": (1, 10, 100, 1000, 10_000),
-    "balls": (1, 10, 100, 1000, 10_000),
-}
+EMITTERS = (1, 10, 100, 1000, 10_000)  # of each kind
 TREES = (10, 200, 10_000)  # 50,000 triangles each: up to 500 million
 PIXELS = ((256, 256), (1024, 1024), (1920, 1080), (3840, 2160))
 GIB = 1 << 30
@@ -59,8 +55,8 @@ def instances(console: Console, folder: Path) -> Iterable[Row]:
 
 def emitters(console: Console, folder: Path) -> Iterable[Row]:
     """Emitting quads, and lamps, picked by power and evenly. Does not use the folder."""
-    for kind, counts in EMITTERS.items():
-        for count in counts:
+    for kind in ("quads", "points", "balls"):
+        for count in EMITTERS:
             console.print(f"{count} {kind}")
             by_power, evenly = (measure("emitters", count, kind, pick, 128, 64) for pick in ("power", "evenly"))
             yield {"emitters": count, "kind": kind, "power": by_power, "evenly": evenly}

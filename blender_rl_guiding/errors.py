@@ -17,6 +17,15 @@ class InputError(Exception):
 
 
 @contextlib.contextmanager
+def trying_to(do: str) -> Iterator[None]:
+    """Have an OSError of the block be an InputError: "cannot read FILE: no such file", where `do` is "read FILE"."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot {do}: {error.strerror or error}") from error
+
+
+@contextlib.contextmanager
 def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
     """Give a temporary name beside `path` to write to; that file takes the place of `path` on success and vanishes on failure.
 

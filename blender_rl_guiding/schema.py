@@ -16,7 +16,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from .errors import InputError
+from .errors import InputError, trying_to
 from .strings import fault_of_name
 from .typed import load, shown
 
@@ -235,12 +235,11 @@ def from_dict(config: type[SettingsType], values: Any) -> SettingsType:
 
 def from_file(config: type[SettingsType], path: Path, called: str) -> SettingsType:
     """Settings from a file of JSON. InputError where it cannot be read or has a fault, before which stands how it is `called`."""
-    try:
-        return from_dict(config, load(path))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (InputError, ValueError) as error:
-        raise InputError(f"{called}: {error}") from error
+    with trying_to(f"read {path}"):
+        try:
+            return from_dict(config, load(path))
+        except (InputError, ValueError) as error:
+            raise InputError(f"{called}: {error}") from error
 
 
 def _read(entry: Entry, value: Any, path: str) -> Any:

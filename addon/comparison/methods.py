@@ -94,8 +94,4 @@ def _present(settings: Settings, name: str) -> Any:
     if not scope or settings.kind == scope:
         return getattr(settings, last)
     inner = (getattr(settings, entry.name) for entry in entries(type(settings)) if entry.variants)
-    return next(_present(value, name) for value in inner if name in set(_below(value)))
-
-
-def _below(settings: Settings) -> Iterator[str]:
-    return active(settings, f"{settings.kind}.")
+    return next(_present(value, name) for value in inner if name in active(value, f"{value.kind}."))

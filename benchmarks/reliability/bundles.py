@@ -70,11 +70,8 @@ class Fuzz:
     def _damaged(self, rng: random.Random) -> bytes:
         """A bundle with one or two faults. If `gentle`, other numbers in the header or other elements of arrays: these often pass."""
         arrays, header = dict(self._arrays), self._header
-        kind = (
-            rng.choice(("number", "number", "element"))
-            if self._gentle
-            else rng.choice(("header", "header", "arrays", "arrays", "zip", "number"))
-        )
+        kinds = ("number", "number", "element") if self._gentle else ("header", "header", "arrays", "arrays", "zip", "number")
+        kind = rng.choice(kinds)
         if kind == "number":
             header = json.loads(json.dumps(header))
             for _ in range(rng.choice((1, 2, 5))):

@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 import numpy as np
 
 from .. import typed
-from ..errors import InputError, atomic
+from ..errors import InputError, atomic, trying_to
 from ..typed import Range
 
 _T = TypeVar("_T")
@@ -93,12 +93,11 @@ def load_sealed(kind: type[_T], path: Path, what: str) -> _T:
     InputError where it cannot be read, is something else, or is not as it was written.
     """
     try:
-        values = typed.load(path)
+        with trying_to(f"read {path}"):
+            values = typed.load(path)
         made = typed.read(kind, values, what.split()[-1], loose=True)
         if _SEAL in values and values[_SEAL] != _digest(values):
             raise typed.MalformedError("it is not as it was written")
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (typed.MalformedError, RecursionError) as error:  # the latter in parts that `kind` does not have
         raise InputError(f"{path}: not {what}, or damaged ({error})") from error
     return made
