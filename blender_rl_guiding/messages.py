@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import IO, Annotated, Any
 
+from .measures import NAMES
 from .strings import Name
 from .typed import MalformedError, Range, parse, read, shown
 
@@ -20,6 +21,10 @@ def _path(text: str) -> str:
 
 def _some(values: Any) -> str:
     return "" if values else "is empty"
+
+
+def _measured(errors: dict[str, float]) -> str:
+    return next((f"lacks {name!r}" for name in NAMES if name not in errors), "")
 
 
 _Path = Annotated[str, _path]
@@ -181,21 +186,13 @@ class Rendered:
 
 
 @dataclass(frozen=True)
-class _Errors:
-    mape_display: _Number
-    mape: _Number
-    relmse: _Number
-    flip: _Number
-
-
-@dataclass(frozen=True)
 class _Row:
     """A method, with the files of its first seed."""
 
     method: Name
     image: _Path
     heat: _Path
-    errors: _Errors
+    errors: Annotated[dict[str, _Number], _measured]
     seeds: _Whole
     spp: _Whole
     seconds: _Seconds

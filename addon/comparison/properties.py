@@ -17,16 +17,18 @@ MEASURES = [(*measure, number) for number, measure in enumerate(measures.MEASURE
 CHOSEN: set[str] = set()  # folders that were chosen since Blender started, here and not in a file
 
 
-class RLG_result(bpy.types.PropertyGroup):
+class _Errors:
+    """A property for each measure."""
+
+    __annotations__ = {measure.name: bpy.props.FloatProperty() for measure in measures.MEASURES}
+
+
+class RLG_result(_Errors, bpy.types.PropertyGroup):
     """What a method has achieved: means over its seeds, and the images of the first."""
 
     name: bpy.props.StringProperty()
     image: bpy.props.PointerProperty(type=bpy.types.Image)
     heat: bpy.props.PointerProperty(type=bpy.types.Image, description="Where the error is")
-    mape_display: bpy.props.FloatProperty()
-    mape: bpy.props.FloatProperty()
-    relmse: bpy.props.FloatProperty()
-    flip: bpy.props.FloatProperty()
     equal_time: bpy.props.FloatProperty(description="Ratio of relMSE to the baseline's if both rendered equally long")
     seeds: bpy.props.IntProperty()
     spp: bpy.props.IntProperty()

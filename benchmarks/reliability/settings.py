@@ -3,17 +3,18 @@
 import json
 import random
 from pathlib import Path
+from typing import get_args
 
 from blender_rl_guiding.flat import flags, override
 from blender_rl_guiding.schema import from_dict, to_dict
-from blender_rl_guiding.settings import PRESETS, Machine, Render, method
+from blender_rl_guiding.settings import PRESETS, Guide, Machine, Render, method
 
 from . import mutations
 from .commands import called, outcome_of
 from .guard import Guard
 from .ledger import FoundError
 
-_NAMES = [*PRESETS, "uniform", "bsdf", "qtable", "dqn"]
+_NAMES = [*PRESETS, *(guide.kind for guide in get_args(Guide))]
 _COMMANDS = ("render", "inspect", "compare", "sweep", "export", "report", "metrics")
 _MISSING = "there-is-none.npz"  # the scene: nothing is rendered, but settings are read before it
 
