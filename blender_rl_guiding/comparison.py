@@ -7,6 +7,7 @@ from typing import Any, Literal
 from .schema import Choice, Named, Pixel, Settings, SettingsError, setting
 from .settings import MOST_METHODS, MOST_RUNS, Render
 
+UNNAMED = (-1, -1)  # pixel
 MOST_SAMPLES = 1_000_000  # of a method that has a time and no number of samples
 
 
@@ -46,8 +47,8 @@ class Comparison(Settings):
     )
     use_probe: bool = setting(True, "Show what methods have learnt of the light that arrives where a pixel looks.", label="Probe")
     probe: Pixel = setting(
-        (-1, -1),
-        "Where to show what is learnt: column and row from the top left; -1 takes the middle of the width at four fifths of the height.",
+        UNNAMED,
+        "Where to show what is learnt: column and row from the top left; -1, -1 takes the middle of the width at four fifths of the height.",
         min=-1,
         label="Pixel",
     )
@@ -87,4 +88,4 @@ class Comparison(Settings):
 
     def pixel(self) -> Pixel | None:
         """The pixel to probe, if one is named."""
-        return self.probe if min(self.probe) >= 0 else None
+        return None if self.probe == UNNAMED else self.probe

@@ -23,8 +23,8 @@ def _some(values: Any) -> str:
     return "" if values else "is empty"
 
 
-def _all_measures(errors: dict[str, Any]) -> str:
-    return "" if errors.keys() == set(NAMES) else f"has not the measures {', '.join(NAMES)}"
+def _measured(errors: dict[str, float]) -> str:
+    return next((f"lacks {name!r}" for name in NAMES if name not in errors), "")
 
 
 _Path = Annotated[str, _path]
@@ -192,7 +192,7 @@ class _Row:
     method: Name
     image: _Path
     heat: _Path
-    errors: Annotated[dict[str, _Number], _all_measures]
+    errors: Annotated[dict[str, _Number], _measured]
     seeds: _Whole
     spp: _Whole
     seconds: _Seconds

@@ -19,9 +19,9 @@ CHOSEN: set[str] = set()  # folders that were chosen since Blender started, here
 
 
 class _Errors:
-    """A number for each measure."""
+    """A property for each measure."""
 
-    __annotations__ = {name: bpy.props.FloatProperty() for name in measures.NAMES}
+    __annotations__ = {measure.name: bpy.props.FloatProperty() for measure in measures.MEASURES}
 
 
 class RLG_result(_Errors, bpy.types.PropertyGroup):

@@ -6,6 +6,7 @@ from typing import Any
 import bpy
 
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.measures import NAMES
 from blender_rl_guiding.tables import Cell, Row
 
 HEADS = ("Method", "Error", "Ratio", "Time")
@@ -34,10 +35,9 @@ def _store_row(item: bpy.types.PropertyGroup, row: dict[str, Any], scene: str) -
     item.name = row["method"]
     item.image = opened(row["image"], f"{scene} {row['method']}", item.image)
     item.heat = opened(row["heat"], f"{scene} {row['method']} error", item.heat)
-    for name in ("seeds", "spp", "seconds", "samples_per_second", "learn_share"):
-        setattr(item, name, row[name])
-    for name, error in row["errors"].items():
-        setattr(item, name, error)
+    numbers = {name: row[name] for name in ("seeds", "spp", "seconds", "samples_per_second", "learn_share")}
+    for name, value in (numbers | {name: row["errors"][name] for name in NAMES}).items():
+        setattr(item, name, value)
     item.equal_time = row["equal_time"] or 0.0
 
 

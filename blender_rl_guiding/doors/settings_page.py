@@ -1,19 +1,23 @@
 """The page of all settings: `python -m blender_rl_guiding.doors.settings_page > docs/settings.md`."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
-from ..schema import Entry, Settings, entries
-from ..settings import PRESETS, Render
+from ..comparison import Comparison
+from ..schema import Entry, Pixel, Settings, entries
+from ..settings import PRESETS, Machine, Render
 
 _HEAD = """# Settings
 
-Made by `python -m blender_rl_guiding.doors.settings_page > docs/settings.md` from `settings.py`. The first column is what the panels in
-Blender show, the second what JSON and the command line call it (`--dqn.learning-rate 1e-3`)."""
+Made by `python -m blender_rl_guiding.doors.settings_page > docs/settings.md` from `settings.py`, `guide_settings.py` and `comparison.py`.
+The first column is what the panels in Blender show, the second what JSON and the command line call it (`--dqn.learning-rate 1e-3`).
+The command line has flags for the settings of a render and of the machine, and for some of a comparison: `rlg compare --help`."""
 
 
 def page() -> str:
     """Markdown: a table for each panel and each variant, and the presets."""
-    return "\n".join([_HEAD, *_tables(Render, "", "Render"), *_presets()]) + "\n"
+    tables = (table for config in (Render, Machine, Comparison) for table in _tables(config, "", config.__name__))
+    return "\n".join([_HEAD, *tables, *_presets()]) + "\n"
 
 
 def _tables(config: type[Settings], scope: str, title: str) -> Iterator[str]:
@@ -28,9 +32,17 @@ def _tables(config: type[Settings], scope: str, title: str) -> Iterator[str]:
 
 
 def _row(entry: Entry, scope: str) -> str:
-    default = entry.default.kind if entry.variants else entry.default
-    cells = entry.label, f"`{scope}{entry.name}`", entry.panel, f"`{default}`", _limits(entry), entry.doc + _condition(entry)
+    cells = entry.label, f"`{scope}{entry.name}`", entry.panel, _default(entry), _limits(entry), entry.doc + _condition(entry)
     return f"| {' | '.join(cells)} |"
+
+
+def _default(entry: Entry) -> str:
+    """Empty for a file and a pixel: by default there is none."""
+    if entry.type in (Path, Pixel):
+        return ""
+    if entry.of:
+        return ", ".join(f"`{name}`" for name, _ in entry.default)
+    return f"`{entry.default.kind if entry.variants else entry.default}`"
 
 
 def _limits(entry: Entry) -> str:

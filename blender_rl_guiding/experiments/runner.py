@@ -81,8 +81,7 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
             nonlocal failed
             failed += outcome.seconds is None
             forecast.end(task, outcome)
-            fault = "FAILED: " if outcome.seconds is None else ""
-            tell(f"{task.label}: {fault}{outcome.text} ({forecast})")
+            tell(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
 
         perform_all(due, machine, jobs, on_pace, on_end)
     return failed

@@ -1,4 +1,4 @@
-"""The error of an image: four measures, and maps of two. I: image, R: reference, (H, W, 3) linear RGB."""
+"""The error of an image: its measures, and maps of two. I: image, R: reference, (H, W, 3) linear RGB."""
 
 import numpy as np
 from flip_evaluator import evaluate
@@ -58,7 +58,7 @@ def flip_map(image: np.ndarray, reference: np.ndarray) -> np.ndarray:
 
 
 def compare(image: np.ndarray, reference: np.ndarray) -> dict[str, float]:
-    """All four measures by their names. InputError if the shapes differ or a pixel is not a finite number."""
+    """All measures by their names. InputError if the shapes differ or a pixel is not a finite number."""
     if image.shape != reference.shape:
         raise InputError(f"the image is {_size(image)}, but the reference is {_size(reference)}")
     for name, pixels in (("image", image), ("reference", reference)):

@@ -18,7 +18,7 @@ from addon.engine import PASSES, status_line
 from addon.export import by_cycles
 from addon.export.scene import export
 from addon.properties import write
-from blender_rl_guiding import leftovers
+from blender_rl_guiding import leftovers, messages
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.render import render
 from blender_rl_guiding.render.denoise import denoised
@@ -212,11 +212,11 @@ def test_nothing_is_left_in_the_temporary_folder(lit: bpy.types.Scene, tmp_path:
 def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch):
     jobs = []
     send = worker_client.Worker.send
-    monkeypatch.setattr(worker_client.Worker, "send", lambda self, job, **values: jobs.append(job) or send(self, job, **values))
+    monkeypatch.setattr(worker_client.Worker, "send", lambda self, job: jobs.append(type(job)) or send(self, job))
     monkeypatch.setattr(engine, "export", lambda depsgraph, frame_set, stop: export(depsgraph, frame_set, lambda: True))
     lit.render.engine = "RL_GUIDED"
     bpy.ops.render.render()
-    assert jobs == ["prepare"]
+    assert jobs == [messages.Prepare]
 
 
 def test_esc_is_heard_while_another_blender_is_waited_for(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch):

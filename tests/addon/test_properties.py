@@ -65,7 +65,8 @@ def test_every_property_has_the_help_of_its_setting(scene: bpy.types.Scene):
 
 def test_only_numbers_of_the_render_are_animated(scene: bpy.types.Scene):
     animated = {p.identifier for p in scene.rl_guiding.bl_rna.properties if p.is_animatable and p.type != "POINTER"} - {"name"}
-    assert animated == {"spp", "noise", "seconds", "seed", "emphasis", "max_bounces"}
+    assert animated == {entry.name for entry in entries(Render) if entry.type in (int, float)}
+    assert {"spp", "seed"} < animated
     assert not any(p.is_animatable for p in scene.rl_guiding.guide_dqn.bl_rna.properties if p.type in ("INT", "FLOAT", "ENUM"))
 
 
@@ -114,8 +115,8 @@ def test_menus_show_labels(scene: bpy.types.Scene):
         if name in group.bl_rna.properties
     }
     assert shown == {
-        "guide": ["Uniform", "Material (BSDF)", "Q-Table", "Deep Q-Network"],
-        "encoder": ["No Encoding", "Frequency Encoding", "Radial Basis Functions", "B-Splines"],
+        "guide": [guide.label for guide in get_args(Guide)],
+        "encoder": [encoder.label for encoder in get_args(Encoder)],
         "activation": ["ReLU", "SiLU", "Tanh"],
         "loss": ["DQN", "C-DQN"],
     }

@@ -11,6 +11,7 @@ import pytest
 from blender_rl_guiding.doors import cli
 from blender_rl_guiding.images import read_exr, write_exr
 from blender_rl_guiding.images.metrics import relmse
+from blender_rl_guiding.measures import NAMES
 from blender_rl_guiding.render import render
 from blender_rl_guiding.report.results import COLUMNS
 from blender_rl_guiding.scene.bundle import load, save
@@ -90,7 +91,7 @@ def test_compare_writes_a_report_and_a_row_for_each_run(rlg, bundle, tmp_path):
     assert done.stdout.splitlines()[-1] == str(out / "report.html")
     with (out / "table.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert set(rows[0]) >= {"scene", "method", "seed", "spp", "seconds", "learn_seconds", "rays", "mape_display", "mape", "relmse", "flip"}
+    assert set(rows[0]) >= {"scene", "method", "seed", "spp", "seconds", "learn_seconds", "rays", *NAMES}
     expected = {(s, m, n) for s in ("tiny", "furnace") for m in ("uniform", "dqn", "bsdf_nee") for n in ("7", "8")}
     assert {(row["scene"], row["method"], row["seed"]) for row in rows} == expected
     assert len(rows) == len(expected)
@@ -103,7 +104,7 @@ def test_compare_takes_a_reference_from_a_file(rlg, bundle, tmp_path):
     assert rlg("compare", bundle, *command, "--out", tmp_path / "out", "--reference", tmp_path / "one" / "image.exr").returncode == 0
     result = json.loads((tmp_path / "out" / "tiny" / "bsdf" / "seed-3" / "result.json").read_text())
     np.testing.assert_array_equal(read_exr(tmp_path / "out" / "tiny" / "reference.exr")[0], image)
-    assert result["metrics"] == {"mape_display": 0, "mape": 0, "relmse": 0, "flip": pytest.approx(0, abs=1e-6)}
+    assert result["metrics"] == dict.fromkeys(NAMES, pytest.approx(0, abs=1e-6))
     assert "(image.exr)" in (tmp_path / "out" / "report.html").read_text()
 
 
@@ -118,7 +119,7 @@ def test_metrics_prints_json(capsys, tmp_path):
     write_exr(tmp_path / "b.exr", ones, {})
     assert cli.main(["metrics", str(tmp_path / "a.exr"), str(tmp_path / "b.exr")]) == 0
     numbers = json.loads(capsys.readouterr().out)
-    assert set(numbers) == {"mape_display", "mape", "relmse", "flip"}
+    assert set(numbers) == set(NAMES)
     assert numbers["mape_display"] == pytest.approx(0.5 / 1.001)
 
 
@@ -183,9 +184,9 @@ BAD = {
     "'sarsa'": [*COMPARE, "bsdf,sarsa"],
     "method ''": [*COMPARE, ""],
     "method '' ": [*COMPARE, "bsdf,"],
-    "'bsdf' twice": [*COMPARE, "bsdf,uniform,bsdf"],
-    "--seeds: 0": [*COMPARE, "bsdf", "--seeds", "0"],
-    "--seeds: 3000000000 is above 100000": [*COMPARE, "bsdf", "--seeds", "3000000000"],
+    "two methods are called 'bsdf'": [*COMPARE, "bsdf,uniform,bsdf"],
+    "comparison.seeds=0 is out of range": [*COMPARE, "bsdf", "--seeds", "0"],
+    "comparison.seeds=3000000000 is out of range: must be at least 1 and at most 100000": [*COMPARE, "bsdf", "--seeds", "3000000000"],
     "an experiment of 200000 runs; 100000 are the most": [*COMPARE, "bsdf,uniform", "--seeds", "100000"],
     "--jobs: 0": [*COMPARE, "bsdf", "--jobs", "0"],
     "no experiment is called 'slides-d'; there are slides-a,": ["sweep", "slides-a", "slides-d", "--out", "{out}"],
@@ -219,7 +220,7 @@ BAD = {
         "--methods",
         "bsdf",
     ],
-    "--reference-spp: -1": [*COMPARE, "bsdf", "--reference-spp", "-1"],
+    "comparison.reference_spp=-1 is out of range": [*COMPARE, "bsdf", "--reference-spp", "-1"],
     "--dqn.width concerns none of": [*COMPARE, "bsdf,uniform", "--dqn.width", "8"],
     "cannot write to {here}/file/x: ": ["render", "{bundle}", "--out", "{here}/file/x"],
     "cannot write to /dev/null/x: /dev/null is not a folder": ["compare", "{bundle}", "--out", "/dev/null/x", "--methods", "bsdf"],

@@ -192,6 +192,10 @@ def test_the_end_of_a_job_tells_all_that_is_shown_of_it(job: str):
     for name in messages.OUTCOMES[job].__dataclass_fields__:
         with pytest.raises(MalformedError, match=f"lacks '{name}'"):
             messages.check_outcome(job, {key: value for key, value in OUTCOMES[job].items() if key != name})
+    if job == "compare":
+        few = OUTCOMES[job] | {"methods": [ROW | {"errors": dict.fromkeys(NAMES[:-1], 0.5)}]}
+        with pytest.raises(MalformedError, match=f"lacks '{NAMES[-1]}'"):
+            messages.check_outcome(job, few)
     for what, text in mutations.of_json(json.dumps(OUTCOMES[job])):
         with mutations.named(what):
             try:

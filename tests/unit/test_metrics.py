@@ -1,4 +1,4 @@
-"""The four measures equal values computed by hand, and refuse bad input."""
+"""The measures equal values computed by hand, and refuse bad input."""
 
 import subprocess
 import sys
@@ -61,10 +61,11 @@ def test_flip_bears_black_and_equal_images_and_prints_nothing():
     assert done.stderr == ""
 
 
-def test_compare_gives_all_four_by_name():
+def test_compare_gives_all_by_name():
     image, reference = constant(0.3), constant(0.5)
     result = metrics.compare(image, reference)
-    assert tuple(result) == NAMES == ("mape_display", "mape", "relmse", "flip")
+    assert tuple(result) == NAMES
+    assert NAMES[:4] == ("mape_display", "mape", "relmse", "flip"), "files of older versions have these"
     assert all(result[name] == getattr(metrics, name)(image, reference) for name in result)
     assert all(type(value) is float for value in result.values())
 

@@ -8,13 +8,14 @@ from typing import Any
 
 import pytest
 
-from blender_rl_guiding import comparison, settings
+from blender_rl_guiding import comparison, guide_settings, settings
 from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.flat import active, flags, override
 from blender_rl_guiding.schema import Entry, Named, Pixel, Settings, SettingsError, entries, from_dict, to_dict
 from blender_rl_guiding.settings import BSDF, DQN, Frequency, Machine, NoEncoding, Render, Uniform
 
-CLASSES = [c for c in (vars(settings) | vars(comparison)).values() if isinstance(c, type) and issubclass(c, Settings) and c is not Settings]
+DECLARED = vars(guide_settings) | vars(settings) | vars(comparison)
+CLASSES = [c for c in DECLARED.values() if isinstance(c, type) and issubclass(c, Settings) and dataclasses.is_dataclass(c)]
 
 
 OF_ALIASES = {Path: type(Path()), Pixel: tuple, Named: tuple}
