@@ -48,7 +48,7 @@ class Comparison(Settings):
     use_probe: bool = setting(True, "Show what methods have learnt of the light that arrives where a pixel looks.", label="Probe")
     probe: Pixel = setting(
         UNNAMED,
-        "Where to show what is learnt: column and row from the top left; -1, -1 takes the middle of the width at four fifths of the height.",
+        "Where to show what is learnt: column and row from the top left; -1, -1 is the middle of the width at four fifths of the height.",
         min=-1,
         label="Pixel",
     )
