@@ -74,7 +74,7 @@ def test_what_cannot_be_compared_is_refused():
 
 def test_a_pixel_is_probed_if_one_is_named():
     assert Comparison(probe=(0, 3)).pixel() == (0, 3)
-    assert Comparison(probe=(-1, 3)).pixel() is None
+    assert Comparison(probe=(-1, 3)).pixel() == (-1, 3)  # which no image has: it is refused
     assert Comparison().pixel() is None
 
 
