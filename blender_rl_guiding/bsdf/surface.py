@@ -24,6 +24,7 @@ from .lobe import (
     OREN_NAYAR,
     PROBABILITY,
     REFRACTION,
+    ROUGH_REFLECTION,
     SHEEN,
     SINGLE,
     SPREAD,
@@ -174,9 +175,9 @@ def is_within(lobes, k, reach):
 
 
 @part
-def reflection(lobes, k):
-    """The kind of ray that lobe k reflects."""
-    return _ray_kind(lobes[k, KIND], True)
+def reflection(lobes, k, reach):
+    """The kind of ray that lobe k, within `reach`, reflects: a constant where glossy lobes are out of reach."""
+    return _R_GLOSSY if reach & np.int64(ROUGH_REFLECTION) and lobes[k, KIND] == GLOSSY else _R_DIFFUSE
 
 
 @part

@@ -24,7 +24,7 @@ _sample: dict[type, Any] = {}
 _pdf: dict[type, Any] = {}
 
 
-def declare(kind: type, reach: float, find: Any, sample: Any, pdf: Any) -> None:
+def declare(kind: type, reach: F, find: Any, sample: Any, pdf: Any) -> None:
     """Name the parts of a kind of directions, and the sum of the ways to spread light (see `bsdf.lobe`) that it draws for.
 
     find(directions, x, n, wo, lobes, count) -> alpha, 1 where nothing is known; place: anything that the other two want to know.

@@ -51,8 +51,8 @@ class Vertex(NamedTuple):
     n: tuple[F, F, F]
     ng: tuple[F, F, F]
     wo: tuple[F, F, F]
-    triangle: np.int64
-    object: np.int64
+    triangle: np.int32
+    object: np.int32
     u: F
     v: F
 
@@ -234,7 +234,7 @@ def next_direction(directions, lobes, count, found, n, ng, wo, key, dimension):
         lobe, rest = bsdf.pick(lobes, count, uniform2(key, dimension + LOBE)[0])
     if mixture.takes(directions, found, lobes, lobe, rest):
         wi = mixture.sample(directions, found, n, wo, u, v, uniform2(key, dimension + PASSAGE)[1])
-        label = bsdf.reflection(lobes, lobe) if dot(ng, wi) > F(0) else np.int64(0)
+        label = bsdf.reflection(lobes, lobe, mixture.reach(directions)) if dot(ng, wi) > F(0) else np.int64(0)
     else:
         wi, label = bsdf.sample(lobes, lobe, ng, wo, u, v, uniform2(key, dimension + LOBE)[1])
     if label == 0:
