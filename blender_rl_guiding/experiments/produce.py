@@ -7,7 +7,7 @@ from ..pace import Pace
 from ..render import Result, render
 from ..render.beforehand import forewarn, forewarn_of_memory
 from ..render.checkpoint import Checkpoint, in_cache, in_folder
-from ..render.estimate import pace
+from ..render.result import pace
 from ..settings import Machine
 from .probe import described
 from .runs import ON_THE_WAY, Task, save_run
