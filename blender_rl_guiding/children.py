@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO
 
-from .errors import InputError
+from .errors import trying_to
 
 
 class Child:
@@ -46,10 +46,8 @@ def running(command: list[str], stdout: int = subprocess.DEVNULL) -> Iterator[Ch
     """Start a program, and kill it after the block. InputError if it cannot be started."""
     pipe = subprocess.PIPE
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:  # a pipe that nobody reads would fill up
-        try:
+        with trying_to(f"run {command[0]}"):
             process = subprocess.Popen(command, stdin=pipe, stdout=stdout, stderr=complaints, text=True, errors="replace")
-        except OSError as error:
-            raise InputError(f"cannot run {command[0]}: {error.strerror or error}") from error
         with process:
             try:
                 yield Child(process, complaints)

@@ -17,6 +17,15 @@ class InputError(Exception):
 
 
 @contextlib.contextmanager
+def trying_to(action: str) -> Iterator[None]:
+    """An OSError of the block becomes an InputError: "cannot ACTION: REASON"."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot {action}: {error.strerror or error}") from error
+
+
+@contextlib.contextmanager
 def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
     """Give a temporary name beside `path` to write to; that file takes the place of `path` on success and vanishes on failure.
 
@@ -25,18 +34,17 @@ def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
     """
     part = part_of(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        sweep_once(path.parent)
-        part.unlink(missing_ok=True)  # a link of that name, which somebody else may have made, would be followed
-        yield part
-        if durable:
-            _to_disk(part)
-        os.replace(part, path)
+        with trying_to(f"write {path}"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            sweep_once(path.parent)
+            part.unlink(missing_ok=True)  # a link of that name, which somebody else may have made, would be followed
+            yield part
+            if durable:
+                _to_disk(part)
+            os.replace(part, path)
         if durable:
             with contextlib.suppress(OSError):  # not every file system syncs folders, and the file is there
                 _to_disk(path.parent)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}") from error
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)

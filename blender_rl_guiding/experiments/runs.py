@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import __version__, typed
-from ..errors import InputError, check_inside
+from ..errors import InputError, check_inside, trying_to
 from ..images import read_exr, write_exr, write_layers, write_png
 from ..images.metrics import compare, mape_display, relmse
 from ..render import Result
@@ -185,11 +185,8 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
 def _sha256(path: Path) -> str:
     """The checksum of a file inside its folder. One of the pixels would take far longer: they are compressed."""
     check_inside(path.parent, path)
-    try:
-        with typed.opened(path) as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    with trying_to(f"read {path}"), typed.opened(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def judged_again(folder: Path, record: Record, judge: Judge) -> Record:

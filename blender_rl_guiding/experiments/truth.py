@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, trying_to
 from ..guiding.patches import hemisphere
 from ..notices import tell
 from ..render import render
@@ -77,20 +77,14 @@ def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int,
         return Point(pixel, position.astype(np.float32), normal.astype(np.float32))
     point = find(scene, pixel, machine)
     if point is None:
-        _remove(path)
+        with trying_to(f"remove {path}"):
+            path.unlink(missing_ok=True)
         return None
     right, up = frame(scene, point)
     position = scene.origin.astype(np.float64) + point.position
     values = about | {"position": position.tolist(), "normal": point.normal.tolist(), "right": right, "up": up}
     write_sealed(path, values | {"radiance": rounded(arriving(scene, point, max_bounces, machine))})
     return point
-
-
-def _remove(path: Path) -> None:
-    try:
-        path.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot remove {path}: {error.strerror or error}") from error
 
 
 def _read(path: Path) -> _File | None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..children import Child, running
-from ..errors import InputError
+from ..errors import InputError, trying_to
 from ..leftovers import temporary_folder
 from ..scene.bundle import load
 from ..scene.data import SceneData
@@ -58,7 +58,7 @@ def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bo
     """
     command = exporter(blend, blender)
     options = ["--strict"] if strict else []
-    try:
+    with trying_to(f"write {bundle}"):
         bundle.parent.mkdir(parents=True, exist_ok=True)
         # The child writes to a temporary folder, so that nothing remains even if it is killed.
         with temporary_folder(bundle.parent) as folder:
@@ -66,17 +66,12 @@ def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bo
             with _exporting(command, blend, part, view, *options) as finish:
                 coverage = finish()
             os.replace(part, bundle)
-    except OSError as error:
-        raise InputError(f"cannot write {bundle}: {error.strerror or error}") from error
     return coverage
 
 
 def _check(blend: Path) -> None:
-    try:
-        with blend.open("rb") as file:
-            start = file.read(7)
-    except OSError as error:
-        raise InputError(f"cannot read {blend}: {error.strerror or error}") from error
+    with trying_to(f"read {blend}"), blend.open("rb") as file:
+        start = file.read(7)
     if not start.startswith(_MAGIC):
         raise InputError(f"{blend} is not a .blend file")
 

@@ -75,7 +75,7 @@ def test_a_render_has_the_bits_and_passes_of_any_other(worker: Worker, bundle: P
 
 
 def test_under_a_time_limit_no_more_is_left_than_it_allows(worker: Worker, bundle: Path):
-    worker.send("render", bundle=str(bundle), settings=to_dict(Render(spp=1_000_000, seconds=0.2)))
+    worker.send(messages.Render(str(bundle), to_dict(Render(spp=1_000_000, seconds=0.2))))
     told = [event for event in events(worker) if event["event"] == "pass"]
     assert all(event["left"] == pytest.approx(max(0.0, 0.2 - event["seconds"])) for event in told)
     assert told[-1]["left"] == 0
