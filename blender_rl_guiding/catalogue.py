@@ -1,46 +1,39 @@
 """The experiments of the slides by name, as data: which scenes, by which methods. The first method is the baseline."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from .errors import InputError
 from .flat import override
 from .settings import Render, method
 
 
-@dataclass(frozen=True)
-class Entry:
+class Entry(NamedTuple):
     """One experiment; its scenes are files of these names in the folder of scenes."""
 
     about: str
     scenes: tuple[str, ...]
     methods: dict[str, Render]  # by name
 
-    def __post_init__(self) -> None:
-        """All methods draw independent random numbers, as those of the slides did: errors can be compared with the published ones."""
-        then = {name: replace(settings, sampler="independent") for name, settings in self.methods.items()}
-        object.__setattr__(self, "methods", then)
+
+def _drawn(settings: Render) -> Render:
+    """The method with independent random numbers, as those of the slides were: errors can be compared with the published ones."""
+    return replace(settings, sampler="independent")
 
 
 def _published(group: str, methods: str) -> Entry:
     """The slides' scenes of a group and the methods on them, and the ones that they leave out: bsdf, a table, and our best."""
-    names = [
-        "uniform",
-        "bsdf",
-        "bsdf_nee",
-        *(f"slides_{group}_{name}" for name in methods.split()),
-        "qtable",
-        "recommended",
-        "recommended_nee",
-    ]
+    published = [f"slides_{group}_{name}" for name in methods.split()]
+    names = ["uniform", "bsdf", "bsdf_nee", *published, "qtable", "recommended", "recommended_nee"]
     scenes = tuple(f"{group}{k}" for k in (1, 2, 3))
-    return Entry(f"Experiment {group.upper()} of the slides", scenes, {name: method(name) for name in names})
+    return Entry(f"Experiment {group.upper()} of the slides", scenes, {name: _drawn(method(name)) for name in names})
 
 
 def _varied(about: str, variants: dict[str, dict[str, int]]) -> Entry:
     """Variants of the slides' network in experiment A on scene a1, to be compared by their loss."""
-    base = method("slides_a_pos")
+    base = _drawn(method("slides_a_pos"))
     learners = {name: override(base, {f"dqn.{key}": value for key, value in changes.items()}) for name, changes in variants.items()}
-    return Entry(about, ("a1",), {"uniform": method("uniform")} | learners)
+    return Entry(about, ("a1",), {"uniform": _drawn(method("uniform"))} | learners)
 
 
 CATALOGUE = {

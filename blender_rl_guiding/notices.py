@@ -3,37 +3,32 @@
 Standard library only: the add-on tells some, too.
 """
 
-import logging
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-_LOG = logging.getLogger("blender_rl_guiding")  # writes to stderr if nobody listens
+from .strings import say
+
+_LISTENERS: list[Callable[[str], None]] = []
 _TOLD: set[str] = set()
 
 
 def tell(line: str, again: bool = False) -> None:
-    """A line for the user. A listener hears the same one only once, unless it may come `again`."""
+    """A line for the user, on stderr if nobody listens. A listener hears the same one only once, unless it may come `again`."""
     if again or line not in _TOLD:
         _TOLD.add(line)
-        _LOG.warning(line)
+        for note in _LISTENERS:
+            note(line)
+        if not _LISTENERS:
+            say(line, sys.stderr)
 
 
 @contextmanager
 def heard_by(note: Callable[[str], None]) -> Iterator[None]:
     """Lines go to `note` for the length of the block."""
-    handler = _Handler(note)
     _TOLD.clear()
-    _LOG.addHandler(handler)
+    _LISTENERS.append(note)
     try:
         yield
     finally:
-        _LOG.removeHandler(handler)
-
-
-class _Handler(logging.Handler):
-    def __init__(self, note: Callable[[str], None]) -> None:
-        super().__init__()
-        self._note = note
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self._note(record.getMessage())
+        _LISTENERS.remove(note)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy
 
-from .errors import InputError
+from .errors import InputError, trying_to
 from .memory import available, in_words
 from .strings import one_line
 
@@ -110,13 +110,11 @@ def _fill(array: np.ndarray, stream: Any, name: str) -> None:
 def opened(path: Path, what: str) -> Iterator[Archive]:
     """The open file. InputError if it cannot be read or does not fit into memory, DamagedError if it is no `what`."""
     try:
-        with _Sparing(path) as stream, zipfile.ZipFile(stream) as file:
+        with trying_to(f"read {path}"), _Sparing(path) as stream, zipfile.ZipFile(stream) as file:
             archive = Archive(file)
             if archive.bytes > (free := available()):
                 raise InputError(f"{path} takes {in_words(archive.bytes)} of memory, but only {in_words(free)} are free")
             yield archive
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except MemoryError as error:
         raise InputError(f"{path} takes more memory than there is") from error
     except _DAMAGE as error:

@@ -25,13 +25,10 @@ _LEARNING = DQN(layers=2, width=8, rows=3, columns=4, cells=4, learning_starts=6
 METHODS = {"bsdf": Render(spp=2), "qtable": Render(spp=2, guide=QTable(cells=4, recorded=500)), "dqn": Render(spp=2, guide=_LEARNING)}
 
 
-class Silent:
+@contextmanager
+def silent(description: str, total: float) -> Iterator[Callable[..., None]]:
     """Progress that nobody sees."""
-
-    @contextmanager
-    def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
-        """A bar for the length of the block."""
-        yield lambda done, **anew: None
+    yield lambda done, **anew: None
 
 
 def experiment(bundle: Path, folder: Path, methods: dict[str, Render] = METHODS, seeds: int = 1) -> Experiment:
@@ -42,7 +39,7 @@ def experiment(bundle: Path, folder: Path, methods: dict[str, Render] = METHODS,
 
 def compared(bundle: Path, folder: Path, jobs: int = 1, **values: Any) -> int:
     """Do the missing runs of a comparison. Returns the number of runs that failed."""
-    return run([experiment(bundle, folder, **values)], Machine(threads=2), jobs, Silent())
+    return run([experiment(bundle, folder, **values)], Machine(threads=2), jobs, silent)
 
 
 def reported(folder: Path) -> dict[str, Any]:

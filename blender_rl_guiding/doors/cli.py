@@ -16,7 +16,7 @@ from rich.console import Console
 from ..catalogue import CATALOGUE, Entry, chosen
 from ..comparison import Comparison
 from ..errors import InputError
-from ..experiments.progress import Progress, Terminal
+from ..experiments.progress import Progress, terminal
 from ..flags import comparison, comparison_of_methods, failed_runs, machine_of, render_settings, tell_losses
 from ..locks import writing
 from ..notices import tell
@@ -60,7 +60,7 @@ def _leave(reason: str) -> NoReturn:
 def _export(options: argparse.Namespace) -> None:
     from ..opening.blend import export
 
-    with Terminal() as progress, progress.bar(f"exporting {options.scene.name}", 1):
+    with terminal() as progress, progress(f"exporting {options.scene.name}", 1):
         coverage = export(options.scene, options.bundle, blender=options.blender, strict=options.strict, view=chosen_view(options))
     tell_losses(options.bundle, coverage)
 
@@ -70,7 +70,7 @@ def _render(options: argparse.Namespace) -> None:
     if options.frames:
         _animate(options, settings)
     else:
-        with _asked_for(options, settings) as (task, progress), progress.bar(task.scene.name, 1) as advance:
+        with _asked_for(options, settings) as (task, progress), progress(task.scene.name, 1) as advance:
             from ..experiments.produce import produce
 
             produce(task, machine_of(options), lambda pace: advance(pace.share))
@@ -82,20 +82,11 @@ def _animate(options: argparse.Namespace, settings: Render) -> None:
     if view.frame is not None:
         raise InputError("--frame and --frames exclude each other")
     try:
-        with Terminal() as progress:
+        with terminal() as progress:
             from ..experiments.animation import animate
 
-            images = animate(
-                options.out,
-                options.scene,
-                view,
-                options.frames,
-                settings,
-                machine_of(options),
-                options.preset or "",
-                progress,
-                options.blender,
-            )
+            place, machine, method = options.out, machine_of(options), options.preset or ""
+            images = animate(place, options.scene, view, options.frames, settings, machine, method, progress, options.blender)
     except KeyboardInterrupt as interrupt:
         raise KeyboardInterrupt("interrupted; the same command goes on from the first frame that is missing") from interrupt
     for path in images:
@@ -116,11 +107,11 @@ def _inspect(options: argparse.Namespace) -> None:
 @contextmanager
 def _asked_for(options: argparse.Namespace, settings: Render) -> Iterator[tuple[Any, Progress]]:
     """The `Task` of a render, with all kernels ready. Interrupted, it keeps its finished samples."""
-    with Terminal() as progress, _opening(options.scene, options, progress) as opened:
+    with terminal() as progress, _opening(options.scene, options, progress) as opened:
         from ..experiments.runs import Task  # while Blender exports: importing and loading take as long
         from ..render import warm_up
 
-        with progress.bar("compiling kernels (once after an update)", 1):
+        with progress("compiling kernels (once after an update)", 1):
             warm_up(settings.guide, machine_of(options))
         yield Task(options.out, opened(), settings, options.preset or "", keeps_unfinished=True), progress
 
@@ -129,7 +120,7 @@ def _compare(options: argparse.Namespace) -> None:
     from ..experiments.runner import Experiment, run
 
     asked = comparison_of_methods(options)
-    with Terminal() as progress:
+    with terminal() as progress:
         scenes = tuple(_open(path, options, progress) for path in options.scenes)
         failed = run([Experiment(options.out, scenes, asked, _command())], machine_of(options), options.jobs, progress)
     _tell([options.out], failed)
@@ -140,7 +131,7 @@ def _sweep(options: argparse.Namespace) -> None:
 
     entries = {name: CATALOGUE[name] for name in chosen(options.names)}
     paths = {scene: _scene_file(options.scenes, scene) for entry in entries.values() for scene in entry.scenes}
-    with Terminal() as progress:
+    with terminal() as progress:
         scenes = {name: _open(path, options, progress) for name, path in paths.items()}
         experiments = [
             Experiment(options.out / name, tuple(scenes[scene] for scene in entry.scenes), _swept(entry, options), _command(), name)
@@ -190,7 +181,7 @@ def _tell(folders: Sequence[Path], failed: int) -> None:
         say(folder / "report.html")
         damaged += [f"{folder}: {line}" for line in results.damaged]
     if damaged:
-        others = f", and {len(damaged) - 1} more" * (len(damaged) > 1)
+        others = f", and {len(damaged) - 1} more" if len(damaged) > 1 else ""
         lacking.append(f"{damaged[0]}{others}: left out, as the report says")
     if lacking:
         raise InputError("; ".join(lacking))
@@ -239,7 +230,7 @@ def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Ite
     from ..opening.blend import opening
 
     def opened() -> Any:
-        with progress.bar(f"opening {path.name}", 1):
+        with progress(f"opening {path.name}", 1):
             scene = wait()
         if scene.coverage:
             first = scene.coverage[0].object

@@ -35,7 +35,7 @@ PAUSES = 10  # times as long as an image takes to write: it should cost little
 
 
 class Events:
-    """What is told to whoever started the worker; `experiments.progress.Progress`, too."""
+    """Tells the program that started the worker."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -54,7 +54,7 @@ class Events:
 
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
-        """What is going on for the length of the block, and the share of it that is done."""
+        """An `experiments.progress.Progress`: the work of the block, and the share of it that is done."""
         last = {"description": description, "total": total}
         self.send("status", text=printable(description), share=0.0)
 
@@ -152,7 +152,7 @@ def compare(job: messages.Compare, events: Events) -> None:
     folder, asked = Path(job.out), from_dict(Comparison, job.comparison)
     cycles = Given(Path(job.cycles.file), job.cycles.about) if job.cycles else None
     experiment = Experiment(folder, (load(Path(job.bundle)),), asked, job.command, cycles=cycles)
-    failed = run([experiment], from_dict(Machine, job.machine), job.jobs, events)
+    failed = run([experiment], from_dict(Machine, job.machine), job.jobs, events.bar)
     with events.bar("Report", 1):
         results = report.write(folder)
         outcome = handover.handed_over(results)
@@ -170,17 +170,11 @@ def inspect(job: messages.Inspect, events: Events) -> None:
     settings, machine = _settings(job)
     inspection.check(settings.guide)
     task = Task(Path(job.out), load(Path(job.bundle)), settings, job.method or "")
-    pictures = inspection.inspect(task, job.pixel, machine, events)
+    pictures = inspection.inspect(task, job.pixel, machine, events.bar)
     events.send("done", pictures=[str(path) for path in pictures])
 
 
-def wait(_job: messages.Rest | messages.Wake, _events: Events) -> None:
-    """Do nothing: how long the worker is idle is `main`'s."""
-
-
 WORK: dict[type[Any], Callable[[Any, Events], None]] = {
-    messages.Rest: wait,
-    messages.Wake: wait,
     messages.Prepare: prepare,
     messages.Render: render,
     messages.Compare: compare,
@@ -211,10 +205,11 @@ def main() -> None:
 
 
 def _do(job: messages.Job, events: Events) -> None:
-    """Do a job; nobody else writes to its folder `out` meanwhile, if it has one."""
+    """Do a job, if it is any work; nobody else writes to its folder `out` meanwhile, if it has one."""
     out = getattr(job, "out", None)
     with heard_by(events.note), writing(*[Path(out)] if out else []):
-        WORK[type(job)](job, events)
+        if work := WORK.get(type(job)):
+            work(job, events)
 
 
 def _listening() -> "queue.Queue[bytes]":

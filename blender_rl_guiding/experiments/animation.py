@@ -41,15 +41,15 @@ def animate(
     it are written.
     """
     with exporting_frames(blend, view, blender) as exporter:
-        with progress.bar("compiling kernels (once after an update)", 1):  # while Blender opens the file
+        with progress("compiling kernels (once after an update)", 1):  # while Blender opens the file
             warm_up(settings.guide, machine)
-        with progress.bar(f"opening {blend.name}", 1):
+        with progress(f"opening {blend.name}", 1):
             source = exporter.source()
         due = [number for number in numbers if not _is_finished(folder, Frame(number, source), settings)]
         for number in set(numbers) - set(due):
             in_folder(folder, Frame(number, source).suffix).remove()  # it was killed after its result was there
         _tell_kept(folder, numbers, due)
-        with progress.bar("", len(due)) as advance:
+        with progress("", len(due)) as advance:
             began, incomplete = time.monotonic(), 0
             for done, (number, scene) in enumerate(_exported(exporter, due)):
 

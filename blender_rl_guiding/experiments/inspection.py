@@ -12,7 +12,6 @@ from ..guiding.base import Guide, Learnt
 from ..guiding.directions import UNKNOWN
 from ..images import png
 from ..render import Result
-from ..render.beforehand import forewarn
 from ..report import discs
 from ..report.discs import Disc, Group, figure
 from ..scene.data import SceneData
@@ -32,22 +31,19 @@ def check(guide: GuideSettings) -> None:
         raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose qtable, dqn or a preset of theirs")
 
 
-def find(scene: SceneData, asked: Sequence[int] | None, machine: Machine) -> probe.Point:
-    """The point to inspect. InputError where the pixel lies outside of the image, or sees no surface that reflects."""
-    pixel = probe.pixel_of(scene, asked)
-    if point := probe.find(scene, pixel, machine):
-        return point
-    raise InputError(f"pixel {pixel} of scene {scene.name!r} sees no surface that reflects: name another by --pixel X Y")
-
-
 def inspect(task: Task, asked: Sequence[int] | None, machine: Machine, progress: Progress) -> list[Path]:
-    """Make a run, and the pictures of what its guide has learnt at a pixel; returns their paths. InputError as in `find` and `produce`."""
-    forewarn(task.scene, [task.settings], machine)
-    point = find(task.scene, asked, machine)
-    with progress.bar("Learning", 1) as advance:
-        result = produce(replace(task, probe=point, forewarned=True), machine, lambda pace: advance(pace.share))
+    """Make a run, and the pictures of what its guide has learnt at a pixel; returns their paths.
+
+    InputError where the pixel lies outside of the image, or sees no surface that reflects, and as in `produce`.
+    """
+    pixel = probe.pixel_of(task.scene, asked)
+    point = probe.find(task.scene, pixel, machine)
+    if not point:
+        raise InputError(f"pixel {pixel} of scene {task.scene.name!r} sees no surface that reflects: name another by --pixel X Y")
+    with progress("Learning", 1) as advance:
+        result = produce(replace(task, probe=point), machine, lambda pace: advance(pace.share))
     assert task.folder
-    with progress.bar("Measuring the light that arrives", 1):
+    with progress("Measuring the light that arrives", 1):
         return write(task.folder, task.scene, point, task.settings, machine, result)
 
 

@@ -5,12 +5,11 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from types import TracebackType
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from ..children import fate
 from ..errors import InputError
@@ -44,22 +43,21 @@ def perform_all(
             on_end(task, _attempt(task, machine, lambda pace, task=task: on_pace(task, pace)))
         return
     waiting = iter(tasks)
-    with _Workers(min(jobs, len(tasks)), replace(machine, threads=threads_each(machine, jobs))) as workers:
-        for worker in workers.all:
+    with _workers(min(jobs, len(tasks)), replace(machine, threads=threads_each(machine, jobs))) as workers:
+        for worker in workers:
             worker.give(next(waiting))
-        while busy := workers.busy():
+        while busy := {worker.pipe: worker for worker in workers if worker.task}:
             for pipe in wait(list(busy)):
                 worker = busy[pipe]  # type: ignore[index]  # these are the connections that went in
                 task, told = worker.hear()
                 if isinstance(told, str):
                     tell(told)
-                    continue
-                if isinstance(told, Pace):
+                elif isinstance(told, Pace):
                     on_pace(task, told)
-                    continue
-                on_end(task, told)
-                if following := next(waiting, None):
-                    workers.lively(worker).give(following)
+                else:
+                    on_end(task, told)
+                    if following := next(waiting, None):
+                        worker.give(following)
 
 
 def _attempt(task: Task, machine: Machine, on_pace: OnPace) -> Outcome:
@@ -77,13 +75,17 @@ def threads_each(machine: Machine, jobs: int) -> int:
 
 
 class _Worker:
-    """A child that does one run after another, and its end of the pipe."""
+    """A child that does one run after another, and our end of the pipe. Another takes the place of one that died."""
 
     def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self.task: Task | None = None
+        self._start()
+
+    def _start(self) -> None:
         context = multiprocessing.get_context("spawn")  # a fork would inherit the locks of threads that it has not
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs, machine), daemon=True)
-        self.task: Task | None = None
+        self.process = context.Process(target=_serve, args=(theirs, self._machine), daemon=True)
         # Ctrl-C reaches every process of a terminal. The parent decides who ends: a child inherits the blocked signal.
         resource_tracker.ensure_running()  # or the first start would, and unblock the signal before the child is there
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -94,6 +96,8 @@ class _Worker:
         theirs.close()
 
     def give(self, task: Task) -> None:
+        if self.process.exitcode is not None:
+            self._start()
         self.task = task
         with contextlib.suppress(ConnectionError):  # it died; `hear` will tell
             self.pipe.send(task)
@@ -112,34 +116,18 @@ class _Worker:
         return task, told
 
 
-class _Workers:
+@contextlib.contextmanager
+def _workers(count: int, machine: Machine) -> Iterator[list[_Worker]]:
     """Several children. None outlives the block."""
-
-    def __init__(self, count: int, machine: Machine) -> None:
-        self._machine = machine
-        self.all: list[_Worker] = []
+    workers: list[_Worker] = []
+    try:
         for _ in range(count):
-            self.all.append(_Worker(machine))
-
-    def busy(self) -> dict[Connection, _Worker]:
-        """Those with a task, by their pipes."""
-        return {worker.pipe: worker for worker in self.all if worker.task}
-
-    def lively(self, worker: _Worker) -> _Worker:
-        """The worker; another in its place if it has died."""
-        if worker.process.exitcode is None:
-            return worker
-        successor = _Worker(self._machine)
-        self.all[self.all.index(worker)] = successor
-        return successor
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        for worker in self.all:
+            workers.append(_Worker(machine))  # noqa: PERF401  # those before one that cannot start have to end, too
+        yield workers
+    finally:
+        for worker in workers:
             worker.process.terminate()
-        for worker in self.all:
+        for worker in workers:
             worker.process.join(PATIENCE)
             worker.process.kill()  # does nothing to one that has ended
 

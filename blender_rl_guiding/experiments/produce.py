@@ -7,7 +7,7 @@ from ..pace import Pace
 from ..render import Result, render
 from ..render.beforehand import forewarn, forewarn_of_memory
 from ..render.checkpoint import Checkpoint, in_cache, in_folder
-from ..render.estimate import pace
+from ..render.result import pace
 from ..settings import Machine
 from .probe import described
 from .runs import ON_THE_WAY, Task, save_run
@@ -30,7 +30,9 @@ def produce(
     on_end: is called with the whole result, before it is saved and its checkpoint removed.
     InputError where the scene does not fit into memory or the folder cannot be written; FloatingPointError from a fault of the tracer.
     """
-    _forewarn(task, machine)
+    if not task.forewarned:
+        warn = forewarn if task.folder else forewarn_of_memory  # a render without a folder is Blender's, which lists lamps itself
+        warn(task.scene, [task.settings], machine)
     checkpoint, watch = _checkpoint(task), _Watch(task, on_pace, on_pass)
     try:
         result = render(task.scene, task.settings, machine, watch.passed, watch.step, checkpoint)
@@ -45,13 +47,6 @@ def produce(
     if checkpoint:
         checkpoint.remove()
     return result
-
-
-def _forewarn(task: Task, machine: Machine) -> None:
-    if task.forewarned:
-        return
-    warn = forewarn if task.folder else forewarn_of_memory  # a render without a folder is Blender's, which lists lamps itself
-    warn(task.scene, [task.settings], machine)
 
 
 def _checkpoint(task: Task) -> Checkpoint | None:

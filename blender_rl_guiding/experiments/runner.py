@@ -4,7 +4,6 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 from ..comparison import Comparison
 from ..errors import InputError, atomic, check_inside
@@ -17,7 +16,7 @@ from ..render.checkpoint import in_folder
 from ..report import result_file
 from ..report.result_file import Record
 from ..scene.data import SceneData
-from ..settings import BSDF, MOST_RUNS, Machine, Render
+from ..settings import BSDF, MOST_RUNS, Machine
 from ..strings import fault_of_name, printable
 from .forecast import Forecast
 from .pool import Outcome, perform_all
@@ -57,21 +56,21 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     """
     for experiment in experiments:
         _describe(experiment)
-    places = [place for experiment in experiments for place in _places(experiment)]
-    finished = {place.folder: record for place in places if (record := _finished(place))}
-    if unfinished := [place for place in places if place.folder not in finished]:
+    asked = [task for experiment in experiments for task in _tasks(experiment)]
+    finished = {task.folder: record for task in asked if (record := _finished(task))}
+    if unfinished := [task for task in asked if task.folder not in finished]:
         _prepare(experiments, unfinished, machine, jobs, progress)
     due: list[Task] = []
     for experiment in experiments:
         due += _due(experiment, finished, machine, progress)
     if due and not unfinished:  # an image turned out to be none of its scene
-        _prepare(experiments, places, machine, jobs, progress)
+        _prepare(experiments, asked, machine, jobs, progress)
     return _perform(due, machine, jobs, progress)
 
 
 def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progress) -> int:
     forecast, failed = Forecast(due, jobs), 0
-    with progress.bar("runs", forecast.total) as advance:
+    with progress("runs", forecast.total) as advance:
 
         def on_pace(task: Task, pace: Pace) -> None:
             forecast.go(task, pace)
@@ -79,76 +78,72 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
 
         def on_end(task: Task, outcome: Outcome) -> None:
             nonlocal failed
-            failed += outcome.seconds is None
             forecast.end(task, outcome)
-            tell(f"{task.label}: {'FAILED: ' * (outcome.seconds is None)}{outcome.text} ({forecast})")
+            text = outcome.text
+            if outcome.seconds is None:
+                failed += 1
+                text = f"FAILED: {text}"
+            tell(f"{task.label}: {text} ({forecast})")
 
         perform_all(due, machine, jobs, on_pace, on_end)
     return failed
 
 
-class _Place(NamedTuple):
-    """A run that is asked for."""
-
-    scene: SceneData
-    method: str
-    folder: Path
-    settings: Render
-
-
-def _places(experiment: Experiment) -> Iterator[_Place]:
-    """All runs; a seed is done by all methods before the next, so that an early report is fair."""
+def _tasks(experiment: Experiment) -> Iterator[Task]:
+    """All runs, without judge and probe; a seed is done by all methods before the next, so that an early report is fair."""
     for scene in experiment.scenes:
         for seed in experiment.comparison.all_seeds():
             for name, method in experiment.comparison.compared().items():
-                yield _Place(scene, name, experiment.folder / scene.name / name / f"seed-{seed}", replace(method, seed=seed))
+                folder = experiment.folder / scene.name / name / f"seed-{seed}"
+                yield Task(folder, scene, replace(method, seed=seed), name, forewarned=True)
 
 
-def _finished(place: _Place) -> Record | None:
+def _finished(task: Task) -> Record | None:
     """The record of a run that is done; None if there is none or it is damaged, which a line tells."""
+    assert task.folder
     try:
-        return finished_run(place.folder, place.scene, place.settings)
+        return finished_run(task.folder, task.scene, task.settings)
     except InputError as error:
         tell(f"{error}; the run is made again")
         return None
 
 
-def _due(experiment: Experiment, finished: Mapping[Path, Record], machine: Machine, progress: Progress) -> list[Task]:
+def _due(experiment: Experiment, finished: Mapping[Path | None, Record], machine: Machine, progress: Progress) -> list[Task]:
     """The runs that are not done yet. Those that are get judged by the reference as it is now."""
     judges = {scene.name: _reference(scene, experiment, machine, progress) for scene in experiment.scenes}
     probes = {scene.name: _probe(scene, experiment, machine, progress) for scene in experiment.scenes}
     due = []
-    for scene, method, folder, settings in _places(experiment):
-        task = Task(folder, scene, settings, method, judges[scene.name], probes[scene.name], forewarned=True)
-        if record := finished.get(folder):
-            in_folder(folder).remove()  # it was killed after its result was there
-            try:
-                anew = judged_again(folder, record, judges[scene.name])
-            except InputError as error:
-                tell(f"{task.label}: {error}; the run is made again")
-            else:
-                if anew != record:
-                    result_file.write(folder / "result.json", anew)
-                tell(f"{task.label}: done before", again=True)
-                continue
-        due.append(task)
+    for task in _tasks(experiment):
+        judge, record = judges[task.scene.name], finished.get(task.folder)
+        if not record or not _is_kept(task, record, judge):
+            due.append(replace(task, judge=judge, probe=probes[task.scene.name]))
     return due
 
 
-def _prepare(experiments: Sequence[Experiment], due: Sequence[_Place], machine: Machine, jobs: int, progress: Progress) -> None:
-    """Tell what the runs that are due will take, and have all code compiled before anything is timed."""
+def _is_kept(task: Task, record: Record, judge: Judge) -> bool:
+    """Judge a finished run again. False where its image cannot be judged, which a line tells."""
+    assert task.folder
+    in_folder(task.folder).remove()  # it was killed after its result was there
+    try:
+        anew = judged_again(task.folder, record, judge)
+    except InputError as error:
+        tell(f"{task.label}: {error}; the run is made again")
+        return False
+    if anew != record:
+        result_file.write(task.folder / "result.json", anew)
+    tell(f"{task.label}: done before", again=True)
+    return True
+
+
+def _prepare(experiments: Sequence[Experiment], due: Sequence[Task], machine: Machine, jobs: int, progress: Progress) -> None:
+    """Tell what the runs that are due will take. Have all code compiled before anything is timed, and before processes start."""
     for experiment in experiments:
         for scene in experiment.scenes:
-            if own := [place for place in due if place.scene is scene]:
-                forewarn(scene, list({place.method: place.settings for place in own}.values()), machine, min(jobs, len(own)))
-    _compile_kernels(experiments, machine, progress)
-
-
-def _compile_kernels(experiments: Sequence[Experiment], machine: Machine, progress: Progress) -> None:
-    """Have all code compiled before anything is timed, and before processes start that would each compile it."""
+            if own := [task for task in due if task.scene is scene]:
+                forewarn(scene, list({task.method: task.settings for task in own}.values()), machine, min(jobs, len(own)))
     methods = (settings for experiment in experiments for _, settings in experiment.comparison.methods)
     guides = {type(settings.guide): settings.guide for settings in methods}
-    with progress.bar("compiling kernels (once after an update)", len(guides) + 1) as advance:
+    with progress("compiling kernels (once after an update)", len(guides) + 1) as advance:
         for done, guide in enumerate([BSDF(), *guides.values()]):
             warm_up(guide, machine)
             advance(done + 1)
@@ -194,11 +189,10 @@ def _check(experiment: Experiment) -> None:
 
 def _check_folder(experiment: Experiment) -> None:
     """InputError where a file of the experiment would lie outside of its folder."""
-    for place in _places(experiment):
-        check_inside(experiment.folder, place.folder)
-    beside = [f"{scene.name}/{file}" for scene in experiment.scenes for file in ("reference.exr", "probe.json")]
-    for file in ("experiment.json", *beside):
-        check_inside(experiment.folder, experiment.folder / file)
+    folders = [task.folder for task in _tasks(experiment) if task.folder]
+    beside = [experiment.folder / scene.name / file for scene in experiment.scenes for file in ("reference.exr", "probe.json")]
+    for path in (*folders, *beside, experiment.folder / "experiment.json"):
+        check_inside(experiment.folder, path)
 
 
 def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Judge:
@@ -210,7 +204,7 @@ def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progr
         return Judge(truth, digest)
     spp = experiment.comparison.reference_spp
     tell(f"{scene.name}: reference of {spp} samples per pixel, kept for the next time", again=True)
-    with progress.bar(f"{scene.name}: reference", 1) as advance:
+    with progress(f"{scene.name}: reference", 1) as advance:
         truth = reference(scene, experiment.comparison.max_bounces(), spp, machine, advance)
     write_exr(path, truth, {"scene_key": scene.key, "sha256": sha256(truth), "spp": str(spp)})
     return Judge(truth, RENDERED)
@@ -222,7 +216,7 @@ def _probe(scene: SceneData, experiment: Experiment, machine: Machine, progress:
     if not asked.use_probe or not any(settings.guide.learns for _, settings in asked.methods):
         return None
     pixel, path = pixel_of(scene, asked.pixel()), experiment.folder / scene.name / "probe.json"
-    with progress.bar(f"{scene.name}: radiance that arrives at pixel {pixel}", 1):
+    with progress(f"{scene.name}: radiance that arrives at pixel {pixel}", 1):
         point = kept(path, scene, pixel, asked.max_bounces(), machine)
     if point is None:
         tell(f"{scene.name}: pixel {pixel} sees no surface that reflects: no picture of what is learnt; --probe X Y names another")

@@ -35,8 +35,7 @@ class QNetwork(nn.Module):
 
 def target_of(network: QNetwork) -> QNetwork:
     """A copy that no gradient reaches."""
-    target = copy.deepcopy(network)
-    return target.requires_grad_(False)
+    return copy.deepcopy(network).requires_grad_(False)
 
 
 @torch.no_grad()

@@ -12,7 +12,7 @@ import numpy as np
 import OpenEXR
 from PIL import Image
 
-from ..errors import InputError, atomic
+from ..errors import InputError, atomic, trying_to
 from ..layers import LAYERS
 from ..memory import available, in_words
 
@@ -51,14 +51,13 @@ def read_exr(path: Path) -> tuple[np.ndarray, dict[str, str]]:
     is left out. InputError on a file that cannot be read, is damaged, or has no such channels.
     """
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise InputError(f"cannot read {path}: it is not a file")
-        path.open("rb").close()
-        _check_memory(path)
-        with _quiet(), OpenEXR.File(str(path), separate_channels=True) as file:
-            return _rgb(file.parts, path), {k: v for k, v in file.header().items() if isinstance(v, str)}
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+        with trying_to(f"read {path}"):
+            if not stat.S_ISREG(path.stat().st_mode):
+                raise OSError("it is not a file")
+            path.open("rb").close()
+            _check_memory(path)
+            with _quiet(), OpenEXR.File(str(path), separate_channels=True) as file:
+                return _rgb(file.parts, path), {k: v for k, v in file.header().items() if isinstance(v, str)}
     except (RuntimeError, ValueError) as error:
         raise InputError(f"{path}: not an EXR image, or damaged") from error
 

@@ -47,6 +47,7 @@ class _Header:
 
     about: dict[str, Any]  # the render that it is of, by the names of `_OTHER`
     digests: dict[str, str]  # of each array
+    # As in `Result`:
     taken: Annotated[int, Range(1, 1 << 31)]
     seconds: Seconds
     learn_seconds: Seconds
@@ -54,6 +55,9 @@ class _Header:
     rays: Annotated[int, Range(0, 1 << 62)]
     vertices_per_path: Annotated[float, Range(1e-15, 1e12)]
     curve: tuple[dict[str, int | float], ...]
+
+
+_NUMBERS = "taken", "seconds", "learn_seconds", "steps", "rays", "vertices_per_path"  # of a result
 
 
 class Checkpoint:
@@ -160,18 +164,9 @@ def program() -> str:
 def _write(path: Path, about: dict[str, Any], result: Result) -> None:
     """Write the file under another name, then rename it. Film and guide hand out their own arrays, so this takes little memory."""
     arrays = below("film", result.film.state()) | below("guide", result.guide.state()) | {"losses": np.array(result.losses, np.float64)}
-    header = _Header(
-        about,
-        {name: digest(array) for name, array in arrays.items()},
-        result.taken,
-        result.seconds,
-        result.learn_seconds,
-        result.steps,
-        result.rays,
-        result.vertices_per_path,
-        tuple(result.curve),
-    )
-    text = json.dumps(vars(header))
+    digests = {name: digest(array) for name, array in arrays.items()}
+    numbers = {name: getattr(result, name) for name in _NUMBERS}
+    text = json.dumps({"about": about, "digests": digests, **numbers, "curve": result.curve})
     said = {"header": np.array(text), "sha256": np.array(_digest(text))}
     with atomic(path) as part, part.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays, **said)
@@ -203,7 +198,6 @@ def _restored(header: _Header, file: Archive, result: Result, settings: Render) 
         raise MalformedError(
             f"{header.taken} samples, but the curve has {result.curve[-1]['samples']} and pixels {counts.min()} to {counts.max()}"
         )
-    result.taken = header.taken
-    result.seconds, result.learn_seconds, result.steps = header.seconds, header.learn_seconds, header.steps
-    result.rays, result.vertices_per_path = header.rays, header.vertices_per_path
+    for name in _NUMBERS:
+        setattr(result, name, getattr(header, name))
     return result

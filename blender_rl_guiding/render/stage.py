@@ -65,13 +65,9 @@ class Scratch(NamedTuple):
     counts: np.ndarray  # (3,) int64, see RAYS
 
 
+@np.errstate(over="ignore", divide="ignore", invalid="ignore")  # what is no number in the end is found where it reaches the film
 def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
     """The stage, and what must live as long as it is used. InputError where a shader cannot be compiled, or a light is infinite."""
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is no number in the end is found where it reaches the film
-        return _build(scene)
-
-
-def _build(scene: SceneData) -> tuple[Stage, Geometry]:
     shading = compile_shaders(scene)
     geometry = Geometry(scene)
     see_through = np.array([_sees_through(shading, s) for s in range(len(scene.shaders))], bool)

@@ -71,7 +71,7 @@ def test_memory_is_asked_for_the_runs_that_are_due(compiled: None, tmp_path, mon
     names = "one", "two"
     truth = tmp_path / "grey.exr"
     write_exr(truth, np.full((4, 4, 3), 0.5, np.float32), {})
-    progress = Events(io.StringIO())
+    progress = Events(io.StringIO()).bar
 
     def run(jobs: int, scene: str, seeds: int, **methods: Render) -> None:
         room = replace(scenes.tiny(4), name=scene)
@@ -163,10 +163,10 @@ MASKS = """
 import signal
 from pathlib import Path
 from blender_rl_guiding.experiments import runner
-from blender_rl_guiding.experiments.pool import _Workers
+from blender_rl_guiding.experiments.pool import _workers
 from blender_rl_guiding.settings import Machine
-with _Workers(2, Machine(threads=1)) as workers:
-    for worker in workers.all:
+with _workers(2, Machine(threads=1)) as workers:
+    for worker in workers:
         print(int(Path(f"/proc/{worker.process.pid}/status").read_text().partition("SigBlk:")[2].split()[0], 16) >> signal.SIGINT - 1 & 1)
 """
 

@@ -138,8 +138,8 @@ def test_a_run_whose_image_cannot_be_judged_is_done_again_once(image, rlg, bundl
     """Its record is in order. And no run is timed before all is compiled."""
     monkeypatch.setattr(figures, "write", lambda results: None)
     prepared: list[int] = []
-    compile_kernels = runner._compile_kernels
-    monkeypatch.setattr(runner, "_compile_kernels", lambda *args: prepared.append(1) or compile_kernels(*args))
+    prepare = runner._prepare
+    monkeypatch.setattr(runner, "_prepare", lambda *args: prepared.append(1) or prepare(*args))
     command = ["compare", bundle, "--methods", "bsdf", "--spp", 2, "--reference-spp", 128, "--out", tmp_path / "out"]
     assert rlg(*command).returncode == 0
     right = table(tmp_path / "out")

@@ -6,6 +6,7 @@ import shutil
 import stat
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -25,10 +26,10 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def told(home: Path) -> Iterator[list[str]]:
     lines: list[str] = []
-    monkeypatch.setattr(notices._LOG, "warning", lines.append)
-    return lines
+    with notices.heard_by(lines.append):
+        yield lines
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -10,9 +10,9 @@ from blender_rl_guiding.guiding import make_guide
 from blender_rl_guiding.guiding.base import Guide
 from blender_rl_guiding.pace import Pace
 from blender_rl_guiding.render import Result, render, renderer
-from blender_rl_guiding.render.estimate import pace
 from blender_rl_guiding.render.film import Film
 from blender_rl_guiding.render.noise import LEAST_SAMPLES, needed
+from blender_rl_guiding.render.result import pace
 from blender_rl_guiding.settings import BSDF, DQN, QTable, Render
 from tests import scenes
 

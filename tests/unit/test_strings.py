@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from blender_rl_guiding.errors import InputError, atomic
-from blender_rl_guiding.experiments.progress import Terminal
+from blender_rl_guiding.experiments.progress import terminal
 from blender_rl_guiding.notices import tell
 from blender_rl_guiding.strings import LONGEST, fault_of_name, fault_of_old_name, fit, printable, say
 
@@ -62,7 +62,7 @@ def test_what_is_printed_is_one_line_that_a_terminal_cannot_but_show(capsys: pyt
     assert printable("\x1b[2J\n\u202e\ud800") == r"\x1b[2J\n\u202e\ud800"
     assert str(InputError("\x1b[2J")) == r"\x1b[2J"
     say("\x1b[2J\n")
-    with Terminal() as progress, progress.bar("\x1b[red]:smile:", 1):
+    with terminal() as progress, progress("\x1b[red]:smile:", 1):
         tell("[red]\x1b:smile:\n")
     said = capsys.readouterr()
     assert said.out == "\\x1b[2J\\n\n"

@@ -7,7 +7,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ...guide_settings import BSpline
-from .mlp import dense_layers
+from . import dense_layers
 
 NARROWEST = 1e-3  # of the scene's side: softmax can make widths that one must not divide by
 

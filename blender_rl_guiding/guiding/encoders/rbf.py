@@ -4,7 +4,7 @@ import torch
 from torch import Tensor, nn
 
 from ...guide_settings import RBF
-from .mlp import dense_layers
+from . import dense_layers
 
 
 class RBFEncoder(nn.Module):
