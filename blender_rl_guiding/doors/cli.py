@@ -108,11 +108,10 @@ def _inspect(options: argparse.Namespace) -> None:
 def _asked_for(options: argparse.Namespace, settings: Render) -> Iterator[tuple[Any, Progress]]:
     """The `Task` of a render, with all kernels ready. Interrupted, it keeps its finished samples."""
     with terminal() as progress, _opening(options.scene, options, progress) as opened:
+        from ..experiments.produce import compile_kernels
         from ..experiments.runs import Task  # while Blender exports: importing and loading take as long
-        from ..render import warm_up
 
-        with progress("compiling kernels (once after an update)", 1):
-            warm_up(settings.guide, machine_of(options))
+        compile_kernels([settings.guide], machine_of(options), progress)
         yield Task(options.out, opened(), settings, options.preset or "", keeps_unfinished=True), progress
 
 

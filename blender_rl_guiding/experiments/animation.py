@@ -10,12 +10,11 @@ from ..errors import InputError
 from ..notices import tell
 from ..opening.frames import Frames, exporting_frames
 from ..pace import Pace
-from ..render import warm_up
 from ..render.checkpoint import in_folder
 from ..scene.data import SceneData
 from ..scene.view import View
 from ..settings import Machine, Render
-from .produce import produce
+from .produce import compile_kernels, produce
 from .progress import Progress
 from .runs import Frame, Task, finished_frame
 
@@ -41,8 +40,7 @@ def animate(
     it are written.
     """
     with exporting_frames(blend, view, blender) as exporter:
-        with progress("compiling kernels (once after an update)", 1):  # while Blender opens the file
-            warm_up(settings.guide, machine)
+        compile_kernels([settings.guide], machine, progress)  # while Blender opens the file
         with progress(f"opening {blend.name}", 1):
             source = exporter.source()
         due = [number for number in numbers if not _is_finished(folder, Frame(number, source), settings)]

@@ -1,15 +1,17 @@
 """Makes a run: renders it, judges it, saves it, and keeps a checkpoint meanwhile. All doors come here."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+from ..guide_settings import GuideSettings
 from ..images.metrics import compare
 from ..pace import Pace
-from ..render import Result, render
+from ..render import Result, render, warm_up
 from ..render.beforehand import forewarn, forewarn_of_memory
 from ..render.checkpoint import Checkpoint, in_cache, in_folder
 from ..render.result import pace
 from ..settings import Machine
 from .probe import described
+from .progress import Progress
 from .runs import ON_THE_WAY, Task, save_run
 
 OnPace = Callable[[Pace], None]
@@ -18,6 +20,14 @@ OnPass = Callable[[Result, Pace], None]
 
 def ignored(*_: object) -> None:
     """The listener of a caller that has none."""
+
+
+def compile_kernels(guides: Sequence[GuideSettings], machine: Machine, progress: Progress) -> None:
+    """Have all code compiled that runs with these guides need, before anything is timed."""
+    with progress("compiling kernels (once after an update)", len(guides)) as advance:
+        for done, guide in enumerate(guides):
+            warm_up(guide, machine)
+            advance(done + 1)
 
 
 def produce(

@@ -10,7 +10,6 @@ from ..errors import InputError, atomic, check_inside
 from ..images import sha256, write_exr
 from ..notices import tell
 from ..pace import Pace
-from ..render import warm_up
 from ..render.beforehand import forewarn
 from ..render.checkpoint import in_folder
 from ..report import result_file
@@ -21,6 +20,7 @@ from ..strings import fault_of_name, printable
 from .forecast import Forecast
 from .pool import Outcome, perform_all
 from .probe import Point, pixel_of
+from .produce import compile_kernels
 from .progress import Progress
 from .references import Given, read_given, reference
 from .runs import RENDERED, Judge, Task, finished_run, judged_again
@@ -143,10 +143,7 @@ def _prepare(experiments: Sequence[Experiment], due: Sequence[Task], machine: Ma
                 forewarn(scene, list({task.method: task.settings for task in own}.values()), machine, min(jobs, len(own)))
     methods = (settings for experiment in experiments for _, settings in experiment.comparison.methods)
     guides = {type(settings.guide): settings.guide for settings in methods}
-    with progress("compiling kernels (once after an update)", len(guides) + 1) as advance:
-        for done, guide in enumerate([BSDF(), *guides.values()]):
-            warm_up(guide, machine)
-            advance(done + 1)
+    compile_kernels([BSDF(), *guides.values()], machine, progress)
 
 
 def _describe(experiment: Experiment) -> None:
