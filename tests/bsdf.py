@@ -1,4 +1,4 @@
-"""Surfaces of constant materials, and what the tracer's kernels give for arrays of directions at them."""
+"""Surfaces of constant materials. Python functions call the tracer's kernels on them, with arrays of directions."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from blender_rl_guiding.scene.description import CLOSURES
 from blender_rl_guiding.shading.operands import KINDS, NONE, Point, Shading
 from blender_rl_guiding.shading.program import closure_inputs
 
-Closure = tuple[str, dict]  # kind, inputs other than the defaults; "weight" among them
+Closure = tuple[str, dict]  # (kind, inputs that differ from the defaults, with "weight" as one of them)
 DIFFUSE, ROUGH = np.int64(DIFFUSE_REFLECTION), np.int64(ROUGH_REFLECTION)  # reach of guides
 
 
@@ -65,7 +65,7 @@ def point_at(wo, n=(0, 0, 1), ng=(0, 0, 1), backfacing: bool = False) -> Point:
 
 @kernel
 def _scatter(shading, point, registers, lobes):
-    return surface.scatter(ref(shading), 0, ref(point), registers, lobes)  # by reference, as in the tracer: Numba compiles it once for both
+    return surface.scatter(ref(shading), 0, ref(point), registers, lobes)  # references, as in the tracer: compiled only once
 
 
 @kernel
@@ -100,7 +100,7 @@ def _summary(lobes, count, reach, chances):
 
 @dataclass(frozen=True)
 class Surface:
-    """The lobes of closures seen from wo."""
+    """The lobes of closures, for one direction wo."""
 
     point: Point
     lobes: np.ndarray
@@ -109,25 +109,25 @@ class Surface:
     transparency: np.ndarray
 
     def evaluate(self, wi: np.ndarray, reach: np.int64 = DIFFUSE) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f |cos| (n, 3), density, and density of the lobes within reach (n,) of directions (n, 3)."""
+        """(f |cos| (n, 3), density (n,), density of the lobes within reach (n,)) for directions wi (n, 3)."""
         f, pdf = np.empty((len(wi), 3), np.float32), np.empty((len(wi), 2), np.float32)
         _evaluate(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(wi, np.float32), reach, f, pdf)
         return f, pdf[:, 0], pdf[:, 1]
 
     def sample(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """For uniform numbers (n, 3): wi (n, 3), labels (n,), and the throughput (n, 3) of singular lobes."""
+        """(wi (n, 3), labels (n,), throughput of singular lobes (n, 3)), for uniform numbers u (n, 3)."""
         wi, label, throughput = np.empty((len(u), 3), np.float32), np.empty(len(u), np.int32), np.zeros((len(u), 3), np.float32)
         _sample(self.lobes, self.count, self.point.ng, self.point.wo, np.ascontiguousarray(u, np.float32), wi, label, throughput)
         return wi, label, throughput
 
     def pick(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The lobe that each u (n,) picks, and the uniform number that is left of u."""
+        """(lobe that u picks, u rescaled to be uniform again), for each u (n,)."""
         picked, rest = np.empty(len(u), np.int64), np.empty(len(u), np.float32)
         _pick(self.lobes, self.count, np.ascontiguousarray(u, np.float32), picked, rest)
         return picked, rest
 
     def summary(self, reach: np.int64 = DIFFUSE) -> tuple[np.ndarray, float, np.ndarray]:
-        """The estimated albedo, RGB, the probability of a lobe within reach, and that of each lobe."""
+        """(estimated albedo, RGB; probability of picking a lobe within reach; probability of each lobe)."""
         chances = np.empty(self.count, np.float32)
         albedo, within = _summary(self.lobes, self.count, reach, chances)
         return np.array(albedo), float(within), chances

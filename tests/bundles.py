@@ -1,4 +1,4 @@
-"""A small scene with an example of everything in a bundle, and functions that change one thing of it."""
+"""A small scene with an example of everything in a bundle, and functions that change one thing of this scene."""
 
 import json
 import random
@@ -62,18 +62,18 @@ def changed(array: np.ndarray, index: Any, value: Any) -> np.ndarray:
 
 
 def shader(scene: SceneData, index: int = 0, **values: Any) -> dict[str, Any]:
-    """For `replace`: the shaders, one of them with other values."""
+    """An argument of `replace`: the shaders, with other values in one of them."""
     new = replace(scene.shaders[index], **values)
     return {"shaders": (*scene.shaders[:index], new, *scene.shaders[index + 1 :])}
 
 
 def lamp(scene: SceneData, **values: Any) -> dict[str, Any]:
-    """For `replace`: the lamps, the first with other values."""
+    """An argument of `replace`: the lamps, with other values in the first one."""
     return {"lamps": (replace(scene.lamps[0], **values), *scene.lamps[1:])}
 
 
 def rewrite(scene: SceneData, path: Path, header: Any = None, **arrays: Any) -> None:
-    """Write the scene's bundle with other values of the header, or other arrays. None leaves one out."""
+    """Write the scene's bundle with other values in the header, or other arrays. A value of None is left out."""
     save(scene, path)
     with np.load(path) as file:
         content = {name: file[name] for name in file.files}
@@ -83,7 +83,7 @@ def rewrite(scene: SceneData, path: Path, header: Any = None, **arrays: Any) -> 
 
 
 def refusal(path: Path) -> str:
-    """`load` refuses the bundle in one line that names the file. Returns the line."""
+    """Assert that `load` refuses the bundle with one line, which names the file. Returns the line."""
     with pytest.raises(InputError) as info:
         load(path)
     text = str(info.value)
@@ -96,7 +96,7 @@ def refusal(path: Path) -> str:
 
 
 def spoiled(scene: SceneData, rng: random.Random) -> dict[str, np.ndarray]:
-    """For `rewrite`: one of the arrays or textures with an extreme in it, or with more or fewer rows."""
+    """An argument of `rewrite`: one array or texture, with one extreme number, or with more or fewer rows."""
     arrays = {name: getattr(scene, name) for name in ARRAYS} | {f"texture_{k}": t.texels for k, t in enumerate(scene.textures)}
     name = rng.choice(list(arrays))
     spoil = npz.spoiled_array if rng.random() < 0.85 else npz.resized_array
@@ -104,7 +104,7 @@ def spoiled(scene: SceneData, rng: random.Random) -> dict[str, np.ndarray]:
 
 
 def misdescribed(scene: SceneData, rng: random.Random) -> dict[str, Any]:
-    """For `rewrite`: the header with an extreme in the place of one of its values."""
+    """An argument of `rewrite`: the header, in which an extreme replaces one value."""
     header = json.loads(json.dumps(scene.header()))
     leaves = [place for place in mutations.places(header) if not isinstance(mutations.at(header, place), dict | list)]
     *above, last = rng.choice(leaves)

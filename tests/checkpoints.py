@@ -30,12 +30,12 @@ LITTLE = {
 }
 
 
-class Killed(Exception):  # noqa: N818  # no error
+class Killed(Exception):  # noqa: N818  # it is not an error
     """Ends a render as a signal would."""
 
 
 def started(scene: SceneData, settings: Render, path: Path) -> None:
-    """Kill a render after KILLED passes. The checkpoint holds one pass fewer."""
+    """Kill a render after KILLED passes. The checkpoint has KILLED - 1 passes."""
 
     def on_pass(state: Result) -> None:
         state.curve[-1]["judged"] = float(state.image.mean())
@@ -47,7 +47,7 @@ def started(scene: SceneData, settings: Render, path: Path) -> None:
 
 
 def told(result: Result) -> dict[str, Any]:
-    """The result without what depends on the clock."""
+    """The result without the values that depend on the clock."""
     arrays = [result.image, *result.film.sums, *result.film.layers().values(), *result.guide.state().values()]
     directions = [*leaves(result.guide.directions())]
     seconds = {"seconds", "train_seconds", "infer_seconds"}
@@ -76,7 +76,7 @@ SETTINGS |= {guide.kind: Render(spp=SPP, guide=guide) for guide in unions.guides
 
 
 def change(path: Path, header: dict[str, Any] | None = None, arrays: dict[str, np.ndarray] | None = None, right: bool = True) -> None:
-    """Change a checkpoint. `right`: write the SHA-256 that fits, as an attacker would."""
+    """Change a checkpoint. right: write the matching SHA-256, too, like an attacker."""
     with np.load(path) as file:
         members = dict(file)
     said = json.loads(str(members.pop("header"))) | (header or {})

@@ -16,7 +16,7 @@ Once = Callable[[str, Callable[[Path], None]], Path]
 
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory: pytest.TempPathFactory) -> Once:
-    """Makes a folder once for all processes of a test run: the first caller fills it, the others wait and share it."""
+    """Makes a folder once for all processes of a test run. The first caller fills the folder; the other callers wait, then read it."""
     own = tmp_path_factory.getbasetemp()
     common = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
 

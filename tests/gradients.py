@@ -14,7 +14,7 @@ DIRECTIONS = 3
 
 def assert_gradients(loss: Callable[[], Tensor], leaves: Iterable[Tensor]) -> None:
     """For each leaf x and random d: grad loss . d = (loss(x + h d) - loss(x - h d)) / 2h, with h = STEP."""
-    torch.set_num_threads(TORCH_THREADS)  # with more threads, waiting takes longer than these small sums
+    torch.set_num_threads(TORCH_THREADS)  # with more threads, waiting would take longer than these small sums
     leaves, random = list(leaves), torch.Generator().manual_seed(5)
     gradients = torch.autograd.grad(loss(), leaves)
     for leaf, gradient in zip(leaves, gradients, strict=True):

@@ -10,7 +10,7 @@ from blender_rl_guiding.scene.description import VISIBLE
 
 
 def with_instances(scene: SceneData, mesh: SceneData, matrices: Sequence[np.ndarray] | np.ndarray) -> SceneData:
-    """The scene with I instances of a mesh. The mesh has the triangles and shaders of another scene; matrices (I, 3, 4) place it."""
+    """The scene with I instances of a mesh. mesh: a scene with the mesh's triangles and shaders. matrices (I, 3, 4): mesh to world."""
     shaders = (*scene.shaders, *mesh.shaders)
     count, objects = len(matrices), len(scene.visibility)
     return replace(
@@ -29,7 +29,7 @@ def with_instances(scene: SceneData, mesh: SceneData, matrices: Sequence[np.ndar
 
 
 def flattened(scene: SceneData) -> SceneData:
-    """All instances as triangles in world space. Corners are in reverse order where the matrix mirrors."""
+    """The scene with the triangles of all instances in world space. If a matrix mirrors, the corners are in reverse order."""
     ends = np.append(scene.meshes[1:], len(scene.triangles))
     world, first = len(scene.object), placed(scene)
     parts = [(scene.vertices[scene.triangles[:world]], scene.normals[:world], scene.material[:world], scene.object)]

@@ -1,4 +1,4 @@
-"""Small scenes made in code: tests of the tracer need no exporter."""
+"""Small scenes made in code, so that tests of the tracer need no exporter."""
 
 import math
 
@@ -68,7 +68,7 @@ class Builder:
         for i in range(rings):
             for j in range(segments):
                 a, b, c, d = point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)
-                # At a pole two of the four points are one.
+                # At a pole, two of the four points are equal.
                 lower = [(a, b, c)] if i < rings - 1 else []
                 upper = [(a, c, d)] if i > 0 else []
                 for corners in (*lower, *upper):
@@ -132,16 +132,16 @@ def lit_quad(camera: Camera) -> SceneData:
 
 
 def furnace_box(albedo: float, emission: float, size: int = 16, max_bounces: int = 6) -> SceneData:
-    """A closed box seen from inside, with emission E and albedo a: radiance E (1 - a^(n+1)) / (1 - a) everywhere after n bounces."""
+    """A closed box seen from inside. Emission E and albedo a give the radiance E (1 - a^(n+1)) / (1 - a) everywhere, with n bounces."""
     b = Builder()
     box(b, (-1, -1, 0), (1.5, 1, 1), everywhere(material("wall", (albedo,) * 3, (emission,) * 3)))
     return b.scene(look((-0.3, -0.8, 0.4), (0.2, 0.5, 0.6), 70, size, size), max_bounces=max_bounces, name="furnace")
 
 
 def furnace_sphere(albedo: float, emission: float, size: int = 16, max_bounces: int = 6) -> SceneData:
-    """The inside of a sphere with one emission and one albedo.
+    """The inside of a sphere with constant emission and albedo.
 
-    Both densities are cos / pi there, so next-event estimation and BSDF sampling have the MIS weight 1/2 each.
+    Light sampling and BSDF sampling both have the density cos / pi, so each has the MIS weight 1/2.
     """
     b = Builder()
     b.sphere((0.2, 0.1, 0), 1, material("wall", (albedo,) * 3, (emission,) * 3), inward=True)
@@ -149,7 +149,7 @@ def furnace_sphere(albedo: float, emission: float, size: int = 16, max_bounces: 
 
 
 def white_cube(size: int = 16) -> SceneData:
-    """A cube of albedo 1 in a world of radiance 1: no pixel shows it."""
+    """A cube of albedo 1 in a world of radiance 1: the image is 1 everywhere, and the cube is invisible."""
     b = Builder()
     box(b, (-1, -1, -1), (1, 1, 1), everywhere(material("white", (1.0, 1.0, 1.0))))
     for i, corners in enumerate(b.vertices):  # turn the box inside out

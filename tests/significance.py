@@ -1,4 +1,4 @@
-"""Statistical tests. Each has a false-alarm rate of 1e-4, for all the values together that it looks at."""
+"""Statistical tests. Each test has a false-alarm rate of 1e-4 for all its values together."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-ALARM = 1e-4  # chance that correct code fails at a new seed; seeds are fixed, so a test that passed once goes on passing
+ALARM = 1e-4  # probability that correct code fails at a new seed; seeds are fixed, so a test that passed once passes again
 TINY = 1e-300
 ROUNDING = 2e-5  # relative error of some hundred operations in single precision
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -69,7 +69,7 @@ def hemisphere_counts(directions: np.ndarray, rows: int, columns: int) -> np.nda
 
 
 def hemisphere_masses(pdf: Callable[[np.ndarray], np.ndarray], rows: int, columns: int) -> np.ndarray:
-    """The integral of a pdf per solid angle over each part that `hemisphere` counts, by Gauss-Legendre quadrature."""
+    """The integral of a pdf per solid angle over each part of `hemisphere_counts`, by Gauss-Legendre quadrature."""
     z = _nodes(rows, 1.0)
     phi = _nodes(columns, 2 * np.pi)
     z, phi = np.broadcast_arrays(z[:, None], phi[None, :])
@@ -86,7 +86,7 @@ def _nodes(parts: int, length: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Independent means, the estimated variance of each mean, and the degrees of freedom of each estimate: arrays of one shape."""
+    """Independent means, the estimated variance of each mean, and the degrees of freedom of each variance: arrays of equal shape."""
 
     mean: np.ndarray
     variance: np.ndarray
@@ -97,13 +97,13 @@ class Estimate:
         return Estimate(*(array[..., :count] for array in (self.mean, self.variance, self.freedom)))
 
     def joined(self, other: "Estimate") -> "Estimate":
-        """Both, one after the other along the first axis."""
+        """This estimate, then the other one, along the first axis."""
         pairs = (self.mean, other.mean), (self.variance, other.variance), (self.freedom, other.freedom)
         return Estimate(*(np.concatenate(pair) for pair in pairs))
 
 
 def pooled(image: Estimate, group: np.ndarray) -> Estimate:
-    """Means (groups, channels) over pixels with the same number in `group` (pixels,). Degrees of freedom after Satterthwaite."""
+    """Means (groups, channels) over pixels with equal numbers in `group` (pixels,). Degrees of freedom by Satterthwaite's formula."""
     count = np.bincount(group)[:, None]
 
     def total(array: np.ndarray) -> np.ndarray:
@@ -115,7 +115,7 @@ def pooled(image: Estimate, group: np.ndarray) -> Estimate:
 
 
 def assert_same(ours: Estimate, theirs: Estimate) -> None:
-    """Welch's t-test that two sets of means (N, channels) are equal, all together. The last row is the whole image."""
+    """Welch's t-test: two sets of means (N, channels) are equal, all together. The last row is the mean of the whole image."""
     error, freedom = _welch(ours, theirs)
     t = (ours.mean - theirs.mean) / error
     p = 2 * stats.t.sf(np.abs(t), freedom) * t.size
@@ -140,5 +140,5 @@ def _welch(ours: Estimate, theirs: Estimate) -> tuple[np.ndarray, np.ndarray]:
     variance = ours.variance + theirs.variance
     doubt = ours.variance**2 / np.maximum(ours.freedom, 1) + theirs.variance**2 / np.maximum(theirs.freedom, 1)
     freedom = np.maximum(variance**2 / np.maximum(doubt, TINY), 1)
-    scale = np.maximum(np.abs(theirs.mean), np.abs(theirs.mean[-1]))  # rounding errors of bright pixels reach dark ones
+    scale = np.maximum(np.abs(theirs.mean), np.abs(theirs.mean[-1]))  # rounding errors of bright pixels also affect dark pixels
     return np.sqrt(variance + (ROUNDING * np.maximum(scale, ROUNDING)) ** 2), freedom

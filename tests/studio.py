@@ -26,7 +26,7 @@ def bright_side(strength: float) -> Shader:
     return Shader("sky", code, (Closure("emission", 1.0, {"color": WHITE, "strength": Node(4)}),))
 
 
-# Rays hit these by chance, except the last two: only next-event estimation finds them.
+# Scattered rays hit these lamps, except the last two, which only next-event estimation finds.
 LAMPS = (
     Lamp("ball", "point", facing((-1.2, -0.4, 1.0)), (1.0, 0.4, 0.2), radius=0.35, soft=False),
     Lamp("disc", "point", facing((1.3, 0.5, 1.2)), (0.2, 0.5, 1.0), radius=0.3),

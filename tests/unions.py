@@ -1,6 +1,6 @@
-"""The members of the unions of guides and of encoders, found there and made small by the names of their fields.
+"""All members of the unions of guides and encoders, with small sizes: a table has a small value for each name of a field.
 
-A test over them runs over every member that is added.
+A test over these functions also runs over every member that is added later.
 """
 
 from collections.abc import Iterator
@@ -30,14 +30,14 @@ SIZES: dict[str, Any] = {
 
 
 def small(settings: Any, sizes: dict[str, Any] = SIZES) -> Any:
-    """The same settings, those of variants within them too, with these sizes where they have such fields."""
+    """The same settings with these sizes in the fields of these names, also in the variants inside."""
     known = {entry.name: entry for entry in entries(type(settings))}
     inner = {name: small(getattr(settings, name), sizes) for name, entry in known.items() if entry.variants}
     return replace(settings, **{name: value for name, value in sizes.items() if name in known}, **inner)
 
 
 def alternatives(config: type[Settings]) -> Iterator[Any]:
-    """A class's defaults, and each alternative to each of its choices, switches and variants."""
+    """The defaults of a class; then, for each choice, switch and variant, the defaults with one other value."""
     yield config()
     for entry in entries(config):
         if entry.variants:
@@ -53,17 +53,17 @@ def guides(sizes: dict[str, Any] = SIZES) -> list[Any]:
 
 
 def every_guide(sizes: dict[str, Any] = SIZES) -> list[Any]:
-    """Guides of each kind, and with each alternative to each of their choices."""
+    """Guides of each kind: the defaults, and each alternative value of each choice."""
     return [small(settings, sizes) for kind in get_args(Guide) for settings in alternatives(kind)]
 
 
 def every_encoder(sizes: dict[str, Any] = SIZES) -> list[Any]:
-    """Encoders of each kind, and with each alternative to each of their choices."""
+    """Encoders of each kind: the defaults, and each alternative value of each choice."""
     return [small(settings, sizes) for kind in get_args(Encoder) for settings in alternatives(kind)]
 
 
 def name(settings: Any) -> str:
-    """The kind, and the choices that are not the default ones: "dqn loss=cdqn"."""
+    """The kind, and the choices that differ from the defaults: "dqn loss=cdqn"."""
     words = [settings.kind]
     for entry in entries(type(settings)):
         value = getattr(settings, entry.name)

@@ -1,4 +1,4 @@
-"""The lobes of a shader's closures, all but Principled. Each `add_...` writes row `count` and returns the new number of lobes."""
+"""The lobes of a shader's closures, except Principled. Each `add_...` writes row `count`, and returns the new number of lobes."""
 
 import math
 
@@ -20,7 +20,7 @@ _SMOOTH = F(1e-5)  # roughness below which diffuse reflection is Lambert's
 
 @part
 def tinted_weight(inputs, row):
-    """The closure's weight times the colour in a row."""
+    """The closure's weight times the colour in row `row` of its inputs, RGB."""
     return multiply(color(inputs, WEIGHT), color(inputs, row))
 
 
@@ -32,7 +32,7 @@ def emission(inputs):
 
 @part
 def relative_ior(point, ior):
-    """The ior of the far side over that of wo's side, for a closed surface filled with `ior`."""
+    """(ior on the far side) / (ior on wo's side), for a closed surface filled with `ior`."""
     return F(1) / ior if point.backfacing else ior
 
 

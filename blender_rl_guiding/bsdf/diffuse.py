@@ -1,4 +1,4 @@
-"""Lambert's diffuse reflection, f = albedo / pi. Its `sample` and `pdf` serve all lobes that are sampled by the cosine."""
+"""Lambert's diffuse reflection, f = albedo / pi. All lobes with cosine sampling use `sample` and `pdf` of this file."""
 
 from ..kernels import part
 from ..kernels.sampling import INV_PI, F, cosine_hemisphere, dot, scale, tangents, to_world

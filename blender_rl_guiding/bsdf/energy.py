@@ -1,7 +1,7 @@
-"""Albedos of microfacet lobes, from tables, and a compensation for light that they scatter more than once.
+"""Albedos of microfacet lobes, from tables, and a compensation for the light that microfacets scatter more than once.
 
-The compensation is that of Kulla and Conty 2017, as in Cycles: the lobe is divided by its albedo E, and multiplied by the `darkening`
-of repeated coloured reflections. `precompute` makes the tables.
+The compensation is that of Kulla and Conty 2017, as in Cycles: lobe / E * `darkening`, with E the albedo of single scattering.
+`darkening` accounts for the loss in repeated coloured reflections. `precompute` makes the tables.
 """
 
 import math
@@ -22,8 +22,8 @@ _SHEEN = _tables["sheen"]
 
 @part
 def _cell(x, size):
-    """The samples below and above x, of `size` samples equally spaced over [0, 1], and the weight of the latter."""
-    at = min(x, F(1)) * F(size - 1) if x > F(0) else F(0)  # NaN, perhaps from a texture, counts as 0: it stays in the table
+    """(index of the sample below x, index of the one above, weight of the one above), for `size` equally spaced samples on [0, 1]."""
+    at = min(x, F(1)) * F(size - 1) if x > F(0) else F(0)  # NaN, perhaps from a texture, counts as 0, so the index is valid
     low = np.int32(at)
     return low, min(low + 1, size - 1), at - F(low)
 
@@ -59,7 +59,7 @@ def roughness_of(alpha_x, alpha_y):
 
 @part
 def ior_coordinate(ior):
-    """z = sqrt(|ior - 1| / (ior + 1)), the coordinate of an ior in the tables; the same for its inverse."""
+    """z = sqrt(|ior - 1| / (ior + 1)), the coordinate of an ior in the tables. ior and 1 / ior have the same z."""
     return math.sqrt(abs(ior - F(1)) / (ior + F(1)))
 
 
@@ -78,30 +78,33 @@ def glass_albedo(roughness, cosine, ior):
 
 @part
 def schlick_albedo(roughness, cosine, ior):
-    """The s with albedo towards_white(f0, s), for a compensated lobe whose Fresnel curve is `fresnel.schlick_share`."""
+    """The s in albedo = f0 + s (1 - f0), for a compensated lobe whose Fresnel curve is `fresnel.schlick_share`."""
     return _trilinear(_SCHLICK, ior_coordinate(ior), cosine, roughness)
 
 
 @part
 def schlick5_albedo(roughness, cosine):
-    """The same for Schlick's curve (1 - cos)^5."""
+    """The s of `schlick_albedo` for Schlick's Fresnel curve (1 - cos)^5."""
     return _bilinear(_SCHLICK5, cosine, roughness)
 
 
 @part
 def sheen_fit(cosine, roughness):
-    """a and b of the sheen's transformed cosine, and its albedo."""
+    """(a, b, albedo) of the sheen, with a and b as in `sheen`."""
     return _bilinear(_SHEEN[0], cosine, roughness), _bilinear(_SHEEN[1], cosine, roughness), _bilinear(_SHEEN[2], cosine, roughness)
 
 
 @part
 def _darkening(average, albedo, fss):
-    """E + fms (1 - E) with fms = fss A / (1 - fss (1 - A)): what remains if each reflection keeps fss; A is the average of E."""
+    """E + fms (1 - E), fms = fss A / (1 - fss (1 - A)): the albedo with all orders of scattering, if each reflection keeps the share fss.
+
+    albedo: E, of single scattering without loss. average: A, E averaged over projected solid angle.
+    """
     fms = fss * average / (F(1) - fss * (F(1) - average))
     return albedo + fms * (F(1) - albedo)
 
 
 @part
 def darkening(average, albedo, fss):
-    """`_darkening` for each channel: the factor on a lobe that was divided by E."""
+    """The factor on (lobe / E): `_darkening` of each channel, RGB."""
     return _darkening(average, albedo, fss[0]), _darkening(average, albedo, fss[1]), _darkening(average, albedo, fss[2])

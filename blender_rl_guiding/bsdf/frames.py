@@ -8,7 +8,7 @@ from ..kernels.sampling import TWO_PI, F, add, cross, dot, normalize, scale, tan
 
 @part
 def frame(n, tangent):
-    """Tangent and bitangent of a right-handed frame whose first vector lies towards `tangent`; any frame if that is zero or along n."""
+    """Tangent and bitangent of a right-handed frame around n. The tangent is `tangent`, projected; any one if that is zero or along n."""
     bitangent = cross(n, tangent)
     if dot(bitangent, bitangent) < F(1e-12):
         return tangents(n)

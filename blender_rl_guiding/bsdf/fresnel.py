@@ -1,6 +1,6 @@
 """Reflectance of interfaces: of dielectrics by Fresnel's equations, and by the two curves of Blender's materials.
 
-An ior is that of the far side over that of wo's side.
+Every ior here is (ior on the far side) / (ior on wo's side).
 """
 
 import math
@@ -13,7 +13,7 @@ _F82 = (6 / 7) ** 5  # Schlick's (1 - cos)^5 where cos = 1/7, about 82 degrees
 
 @part
 def lerp(a, b, s):
-    """a + s (b - a) of colours."""
+    """a + s (b - a), for colours a and b."""
     return a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])
 
 
@@ -25,13 +25,13 @@ def saturate(x):
 
 @part
 def towards_white(f0, s):
-    """f0 + s (1 - f0)."""
+    """f0 + s (1 - f0), for a colour f0."""
     return lerp(f0, (F(1), F(1), F(1)), s)
 
 
 @part
 def refracted_cosine(cosine, ior):
-    """Cosine of the refracted ray to the reversed normal; 0 for total internal reflection."""
+    """Cosine of the angle between the refracted ray and the reversed normal; 0 for total internal reflection."""
     return math.sqrt(max(ior * ior - (F(1) - cosine * cosine), F(0))) / ior
 
 
@@ -48,7 +48,7 @@ def dielectric(cosine, ior):
 
 @part
 def dielectric_average(ior):
-    """Reflectance averaged over projected solid angle: the fit of Kulla and Conty 2017, which Cycles uses."""
+    """Reflectance averaged over projected solid angle, by the fit of Kulla and Conty 2017, as in Cycles."""
     if ior < F(1):
         return F(0.997118) + ior * (F(0.1014) - ior * (F(0.965241) + ior * F(0.130607)))
     return (ior - F(1)) / (F(4.08567) + F(1.00071) * ior)
@@ -63,28 +63,28 @@ def normal_reflectance(ior):
 
 @part
 def ior_of(f0):
-    """The ior above 1 that reflects f0 at normal incidence; f0 counts as 0.99 at most."""
+    """(1 + r) / (1 - r) with r = sqrt(f0): the ior above 1 whose reflectance at normal incidence is f0. f0 is clamped to 0..0.99."""
     r = math.sqrt(min(max(f0, F(0)), F(0.99)))
     return (F(1) + r) / (F(1) - r)
 
 
 @part
 def schlick_share(cosine, ior):
-    """(R(cosine) - R(1)) / (1 - R(1)), for a dielectric's reflectance R: the s of the curve towards_white(f0, s)."""
+    """s = (R(cosine) - R(1)) / (1 - R(1)), for a dielectric's reflectance R. The reflectance is then `towards_white(f0, s)`."""
     f0 = normal_reflectance(ior)
     return saturate((dielectric(cosine, ior) - f0) / (F(1) - f0))
 
 
 @part
 def schlick_share_average(ior):
-    """`schlick_share` of the averaged reflectance."""
+    """(R_avg - R(1)) / (1 - R(1)), with R_avg = `dielectric_average`."""
     f0 = normal_reflectance(ior)
     return saturate((dielectric_average(ior) - f0) / (F(1) - f0))
 
 
 @part
 def f82_lowering(f0, tint):
-    """The b of `f82` that multiplies Schlick's curve by the tint at about 82 degrees (Kutz et al. 2021, F82-tint)."""
+    """The b of `f82`: with it the reflectance at cos = 1/7, about 82 degrees, is tint times Schlick's curve (Kutz et al. 2021)."""
     schlick = towards_white(f0, F(_F82))
     b = scale(schlick, F(7 / (_F82 * 6 / 7)))
     return b[0] * (F(1) - tint[0]), b[1] * (F(1) - tint[1]), b[2] * (F(1) - tint[2])

@@ -1,7 +1,7 @@
 """Microfacet glass: reflection and refraction by one interface, or refraction alone.
 
-As in Cycles, transmitted light is not scaled by the square of the ior: f |cos| integrates to the transmittance. Microfacets that wo or
-wi sees from behind transmit nothing. Cycles' sampling agrees with that, its evaluation does not.
+As in Cycles, transmitted light is not scaled by the square of the ior: f |cos| integrates to the transmittance. A microfacet that faces
+away from wo or wi transmits nothing. Cycles' sampling has the same rule; Cycles' evaluation has not.
 """
 
 from ..kernels import part
@@ -33,7 +33,7 @@ _THIRD = F(1 / 3)
 
 @part
 def _spread(ior, alpha):
-    # An interface without contrast lets light pass straight on, whatever its roughness.
+    # At ior = 1 light passes straight on, at every roughness.
     return SINGLE if alpha * alpha <= SINGULAR_ALPHA2 or abs(ior - F(1)) < F(1e-4) else APART
 
 
@@ -45,7 +45,7 @@ def _interface(lobes, k, ior, alpha):
 
 @part
 def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
-    """Write glass as row k; `tints` are the colours of its reflection and of its transmission, f0 is at most 1."""
+    """Write glass as row k. tints: (colour of reflection, colour of transmission). f0: RGB, at most 1."""
     cosine, roughness, gain = dot(n, point.wo), energy.roughness_of(alpha, alpha), F(1)
     if multiscatter != F(0):
         e, average = energy.glass_albedo(roughness, cosine, ior)
@@ -54,7 +54,7 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
         weight = multiply(weight, energy.darkening(average, e, fss))
         gain = F(1) / e
     share = fresnel.schlick_share(cosine, ior)
-    # The table has no total reflection. A lobe that is picked more rarely than it scatters would make fireflies.
+    # The table has no total reflection. A lobe picked with a too small probability would make fireflies.
     reflected = fresnel.towards_white(f0, energy.schlick_albedo(roughness, cosine, ior) if ior >= F(1) else share)
     refracted = subtract((F(1), F(1), F(1)), fresnel.towards_white(f0, share))
     albedo = add(multiply(reflected, tints[0]), multiply(refracted, tints[1]))
@@ -67,7 +67,7 @@ def setup(lobes, k, point, n, weight, f0, ior, alpha, tints, multiscatter):
 
 @part
 def setup_refraction(lobes, k, point, n, color, ior, alpha):
-    """Write refraction alone as row k: it transmits all light but that of total reflection."""
+    """Write refraction alone as row k. It transmits all light; where there is total reflection it scatters nothing."""
     write(lobes, k, REFRACTION, _spread(ior, alpha), point, n, color, color)
     _interface(lobes, k, ior, alpha)
 
@@ -86,7 +86,7 @@ def _shares(lobes, k, cosine):
 
 @part
 def _reflecting(reflected, transmitted):
-    """r / (r + t), for means r and t over the channels: the probability that a reflection is sampled."""
+    """The probability of sampling a reflection: r / (r + t), with r and t the means over the channels."""
     r, t = (reflected[0] + reflected[1] + reflected[2]) * _THIRD, (transmitted[0] + transmitted[1] + transmitted[2]) * _THIRD
     return r / (r + t) if r + t > F(0) else F(1)
 
@@ -100,7 +100,7 @@ def _bent(wo, h, ior):
 
 @part
 def _half(wo, wi, n, ior, refracts):
-    """The normal h, above the surface, of the microfacet that sends wo to wi, and (wo.h) |dh / dwi|; 0 if there is none."""
+    """(h, (wo.h) |dh / dwi|). h: upper normal of the microfacet that sends wo to wi. The second number is 0 without such an h."""
     if not refracts:
         return normalize(add(wo, wi)), F(0.25)
     h = scale(add(scale(wi, ior), wo), F(-1))
@@ -112,7 +112,7 @@ def _half(wo, wi, n, ior, refracts):
 
 @part
 def evaluate(lobes, k, wo, wi):
-    """f |cos|, RGB, and the density of `sample`; wo has to be above the lobe's normal."""
+    """(f |cos|, RGB; the density of `sample`). wo must be on the upper side of the lobe's normal."""
     n, ior, alpha2 = get(lobes, k, NORMAL), lobes[k, IOR], lobes[k, ALPHA_X] * lobes[k, ALPHA_X]
     cos_o, cos_i = dot(n, wo), dot(n, wi)
     refracts = cos_i < F(0)
@@ -130,7 +130,7 @@ def evaluate(lobes, k, wo, wi):
 
 @part
 def sample(lobes, k, wo, u, v, w):
-    """A direction wi and whether it is refracted; it may lie on the wrong side of the lobe's normal, where it scatters nothing."""
+    """(direction wi, whether wi is refracted). wi may be on the wrong side of the lobe's normal; the lobe is 0 there."""
     h = half_vector(lobes, k, wo, u, v)
     reflected, transmitted = _shares(lobes, k, dot(wo, h))
     if w < _reflecting(reflected, transmitted):
@@ -140,7 +140,7 @@ def sample(lobes, k, wo, u, v, w):
 
 @part
 def singular(lobes, k, wo, refracts):
-    """Throughput of the reflected or refracted direction, RGB, over the probability of choosing it."""
+    """(Throughput of the reflected or refracted direction, RGB) / (probability of choosing this direction)."""
     reflected, transmitted = _shares(lobes, k, dot(get(lobes, k, NORMAL), wo))
     p = _reflecting(reflected, transmitted)
     share = scale(transmitted, F(1) / (F(1) - p)) if refracts else scale(reflected, F(1) / p)

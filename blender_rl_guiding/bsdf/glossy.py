@@ -1,4 +1,4 @@
-"""Microfacet reflection: GGX with one of three Fresnel curves; an anisotropic lobe turns with a tangent."""
+"""Microfacet reflection: GGX with one of three Fresnel curves. A tangent orients an anisotropic lobe."""
 
 from ..kernels import part
 from ..kernels.sampling import F, add, cross, dot, multiply, normalize, scale, subtract, tangents, to_local, to_world
@@ -25,14 +25,14 @@ from .lobe import (
 )
 from .microfacet import distribution, distribution_anisotropic, smith, smith_anisotropic, visible_normal
 
-SINGULAR_ALPHA2 = F(2e-10)  # of smoother surfaces no density is computed
-ROUGH_ALPHA2 = F(0.04)  # of rougher ones guides may draw directions
+SINGULAR_ALPHA2 = F(2e-10)  # surfaces with a smaller alpha^2 are singular: no density is computed
+ROUGH_ALPHA2 = F(0.04)  # from this alpha^2 on, guides may draw directions
 _WHITE, _SCHLICK, _METAL = F(0), F(1), F(2)  # Fresnel curves
 
 
 @part
 def _compensated(weight, fss, alpha, cosine, multiscatter):
-    """The darkened weight, and the gain 1 / E: together they make up for light that is scattered more than once."""
+    """(weight * darkening, gain 1 / E). Their product compensates for the light that microfacets scatter more than once."""
     if multiscatter == F(0):
         return weight, F(1)
     e, average = energy.reflection_albedo(energy.roughness_of(alpha[0], alpha[1]), cosine)
@@ -48,7 +48,7 @@ def _spread(alpha2):
 
 @part
 def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
-    """Write all but the Fresnel curve."""
+    """Write row k, all but the columns of its Fresnel curve."""
     write(lobes, k, GLOSSY, _spread(alpha[0] * alpha[1]), point, n, scale(weight, gain), albedo)
     lobes[k, ALPHA_X] = alpha[0]
     lobes[k, ALPHA_Y] = alpha[1]
@@ -57,9 +57,9 @@ def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
 
 @part
 def setup(lobes, k, point, n, weight, color, alpha, tangent, multiscatter):
-    """Write a lobe without Fresnel as row k. `alpha` is the pair of squared roughnesses along the tangent and across it, up to 1.
+    """Write a lobe without Fresnel as row k. alpha: squared roughness along the tangent, and across it; at most 1 each.
 
-    The weight includes the colour already; the colour itself tints light that is scattered more than once.
+    weight: RGB, with the colour as a factor. color: tints the light that microfacets scatter more than once.
     """
     weight, gain = _compensated(weight, color, alpha, dot(n, point.wo), multiscatter)
     _setup(lobes, k, point, n, weight, gain, weight, alpha, tangent)
@@ -68,7 +68,7 @@ def setup(lobes, k, point, n, weight, color, alpha, tangent, multiscatter):
 
 @part
 def dielectric_layer(n, wo, weight, f0, ior, alpha, multiscatter):
-    """Weight, gain and albedo of a dielectric's reflection, with f0 as its reflectance at normal incidence."""
+    """(weight, gain, albedo) of a dielectric's reflection. f0: its reflectance at normal incidence, RGB."""
     fss = fresnel.towards_white(f0, fresnel.schlick_share_average(ior))
     weight, gain = _compensated(weight, fss, alpha, dot(n, wo), multiscatter)
     share = energy.schlick_albedo(energy.roughness_of(alpha[0], alpha[1]), dot(n, wo), ior)
@@ -87,7 +87,7 @@ def setup_dielectric(lobes, k, point, n, weight, f0, ior, alpha, tangent, multis
 
 @part
 def setup_metal(lobes, k, point, n, weight, f0, tint, alpha, tangent, multiscatter):
-    """Write the reflection of a metal of colour f0 whose edge is tinted (F82-tint) as row k."""
+    """Write a metal's reflection as row k. f0: reflectance at normal incidence; tint: colour near the edge (F82-tint)."""
     b = fresnel.f82_lowering(f0, tint)
     weight, gain = _compensated(weight, fresnel.f82_average(f0, b), alpha, dot(n, point.wo), multiscatter)
     share = energy.schlick5_albedo(energy.roughness_of(alpha[0], alpha[1]), dot(n, point.wo))
@@ -115,7 +115,7 @@ def mirrored(v, h):
 
 @part
 def _shape(lobes, k, wo, wi, h):
-    """D(h), Lambda(wo) and Lambda(wi); wo and wi are above the lobe's normal, h is half way between them."""
+    """(D(h), Lambda(wo), Lambda(wi)), for h half way between wo and wi, both on the upper side of the lobe's normal."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
     if alpha_x == alpha_y:
         across, along, alpha2 = cross(n, h), dot(n, h), alpha_x * alpha_y
@@ -129,7 +129,7 @@ def _shape(lobes, k, wo, wi, h):
 
 @part
 def evaluate(lobes, k, wo, wi):
-    """f |cos|, RGB, and the density of `sample`; both directions have to be above the lobe's normal."""
+    """(f |cos|, RGB; the density of `sample`). Both directions must be on the upper side of the lobe's normal."""
     h = normalize(add(wo, wi))
     d, shadow_o, shadow_i = _shape(lobes, k, wo, wi, h)
     common = d * F(0.25) / dot(get(lobes, k, NORMAL), wo)
@@ -139,7 +139,7 @@ def evaluate(lobes, k, wo, wi):
 
 @part
 def half_vector(lobes, k, wo, u, v):
-    """A sample of the microfacet normals that wo sees, in world space; the lobe's own normal if it is singular."""
+    """A random microfacet normal that wo sees, in world space; the lobe's own normal if the lobe is singular."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
     if lobes[k, SPREAD] == SINGLE:
         return n
@@ -151,7 +151,7 @@ def half_vector(lobes, k, wo, u, v):
 
 @part
 def sample(lobes, k, wo, u, v):
-    """A direction wi; it may lie below the lobe's normal, where it scatters nothing."""
+    """A direction wi. wi may be on the lower side of the lobe's normal; the lobe is 0 there."""
     return mirrored(wo, half_vector(lobes, k, wo, u, v))
 
 

@@ -1,6 +1,6 @@
-"""Inputs of a closure: `gather` makes them rows of an array, then lobes read each by its name.
+"""Inputs of a closure: `gather` copies them to the rows of an array; lobes read each row by its name.
 
-Passing all shaders to every function of a lobe would cost a hundred arguments a call, and a minute of compiling.
+Why: all shaders as an argument of each lobe's functions would be a hundred arguments per call, and a minute of compiling.
 """
 
 from collections import namedtuple
@@ -16,7 +16,7 @@ assert max(map(len, CLOSURES.values())) < REGISTERS - CODE_REGISTERS
 
 
 def columns(kind: str):
-    """The row of each input of a kind of closure, as a named tuple, so that kernels read `GLASS.ior`."""
+    """The row of each input of a kind of closure, as a named tuple: kernels write `GLASS.ior`."""
     return namedtuple(kind, CLOSURES[kind])(*(WEIGHT + 1 + i for i in range(len(CLOSURES[kind]))))
 
 
@@ -27,12 +27,12 @@ def kind(name: str) -> int:
 
 @merged
 def gather(shading, registers, row):
-    """The weight and the inputs of a closure, zero where there is none: (31, 3) float32, valid until the next `gather`."""
+    """The weight and the inputs of a closure, (31, 3) float32; rows without an input are 0. Valid until the next `gather`."""
     constant, first, end = shading.inputs[row], shading.first_varying[row], shading.first_varying[row + 1]
     inputs = constant
-    if first < end:  # most closures are constant: nothing has to be copied
+    if first < end:  # most closures have only constant inputs: no copy
         inputs = registers[CODE_REGISTERS:]
-        for k in range(constant.shape[0]):  # all rows: faster than to count those that the closure has
+        for k in range(constant.shape[0]):  # copies all rows, which is faster than counting the used rows
             store(inputs, k, vector(constant, k))
         for v in range(first, end):
             store(inputs, shading.varying[v, 0], vector(registers, shading.varying[v, 1]))
@@ -65,11 +65,11 @@ def positive(inputs, row):
 
 @part
 def normal(inputs, row, fallback):
-    """A unit normal; the fallback where there is none."""
+    """The unit normal in row `row`; `fallback` if the row is zero."""
     return normalized(vector(inputs, row), fallback)
 
 
 @part
 def tangent(inputs, row):
-    """A tangent of any length, zero where there is none."""
+    """The tangent in row `row`, of any length; zero if there is none."""
     return vector(inputs, row)

@@ -1,22 +1,22 @@
-"""A lobe is one row of float32 in the scratch array; its columns are named here."""
+"""A lobe is one row of float32 in the scratch array. This file names the columns."""
 
 import numpy as np
 
 from ..kernels import part
 from ..kernels.sampling import F, dot, luminance, normalize
 
-LOBES, COLUMNS = 65, 32  # shape of the scratch array: as many lobes as Cycles keeps, and one row more, so that writing needs no test
-CUTOFF = F(1e-5)  # lobes of a smaller albedo are left out
+LOBES, COLUMNS = 65, 32  # shape of the scratch array: Cycles' 64 lobes, and one more row, so that writing needs no test
+CUTOFF = F(1e-5)  # lobes with a smaller albedo are left out
 
 # Kinds of lobes.
 DIFFUSE, OREN_NAYAR, SHEEN, TRANSLUCENT, GLOSSY, GLASS, REFRACTION = (F(k) for k in range(7))
 
-# Ways to spread light: into single directions, and what guides may draw directions for. Powers of two: a set is their sum.
+# Ways to spread light: SINGLE directions; APART: guides draw no directions; the last two: guides may. Sums of powers of 2 are sets.
 SINGLE, APART, DIFFUSE_REFLECTION, ROUGH_REFLECTION = F(0), F(1), F(2), F(4)
 
-# Columns of every lobe; a vector or a colour takes three. np.int64, because Numba compiles anew for every literal number.
+# Columns of every lobe; a vector or a colour has three. np.int64, because Numba would compile again for each literal number.
 KIND = np.int64(0)
-PROBABILITY = np.int64(1)  # of being picked
+PROBABILITY = np.int64(1)  # probability of picking the lobe
 SPREAD = np.int64(2)  # how the lobe spreads light
 BUMPED = np.int64(3)  # 1 if the lobe's normal is not the surface's shading normal
 NORMAL = np.int64(4)
@@ -24,10 +24,10 @@ WEIGHT = np.int64(7)  # factor on the lobe, with its energy compensation
 ALBEDO = np.int64(10)  # estimate of the share of light that the lobe scatters, RGB
 SMOOTH_NORMAL = np.int64(13)  # the surface's shading normal
 
-# Columns of microfacet lobes. Oren-Nayar and sheen use the first ones for their own.
+# Columns of microfacet lobes. Oren-Nayar and sheen store other numbers in the first of them.
 TANGENT = np.int64(16)
 ALPHA_X, ALPHA_Y = np.int64(19), np.int64(20)
-IOR = np.int64(21)  # of the far side over this one
+IOR = np.int64(21)  # (ior on the far side) / (ior on wo's side)
 F0 = np.int64(22)
 F82 = np.int64(25)  # of metals: the b of `fresnel.f82`
 TRANSMISSION_TINT = np.int64(25)  # of glass
@@ -51,7 +51,7 @@ def put(lobes, k, column, v):
 
 @part
 def write(lobes, k, kind, spread, point, n, weight, albedo):
-    """Fill in the columns that every lobe has; PROBABILITY is relative for now."""
+    """Write the columns that every lobe has. PROBABILITY is the luminance of the albedo; `scatter` normalizes it later."""
     lobes[k, KIND] = kind
     lobes[k, PROBABILITY] = luminance(albedo)
     lobes[k, SPREAD] = spread
@@ -66,11 +66,11 @@ def write(lobes, k, kind, spread, point, n, weight, albedo):
 
 @part
 def keep(lobes, count):
-    """`count` + 1, which keeps the lobe just written as row `count`; `count` if it is too dark or one too many."""
+    """The new number of lobes: count + 1 keeps row `count`; `count` drops it, because it is too dark or the array is full."""
     return count + 1 if lobes[count, PROBABILITY] > CUTOFF and count < LOBES - 1 else count
 
 
 @part
 def normalized(v, fallback):
-    """The unit vector along v, or the fallback where v is zero."""
+    """v / |v|; `fallback` if v is zero."""
     return normalize(v) if dot(v, v) > F(0) else fallback

@@ -11,7 +11,7 @@ from ..kernels.sampling import INV_PI, PI, F, circle, normalize
 
 @part
 def smith(alpha2, cosine):
-    """Smith's Lambda of a direction at this cosine to the normal, for the squared roughness alpha2."""
+    """Smith's Lambda of a direction. cosine: between direction and normal; alpha2: alpha^2, with alpha the squared roughness."""
     tan2 = max(F(1) / (cosine * cosine) - F(1), F(0))
     return F(0.5) * (math.sqrt(F(1) + alpha2 * tan2) - F(1))
 
@@ -25,9 +25,9 @@ def smith_anisotropic(alpha_x, alpha_y, v):
 
 @part
 def distribution(alpha2, sin2, cos2):
-    """GGX's density D of microfacet normals at an angle whose squared sine and cosine are given.
+    """GGX's density D of microfacet normals at an angle with squared sine `sin2` and squared cosine `cos2`.
 
-    Both are given, because 1 - cos2 has no correct digit at the narrow peak of a smooth surface.
+    sin2 is not computed as 1 - cos2, which has no correct digit at the narrow peak of a smooth surface.
     """
     t = sin2 + alpha2 * cos2
     return alpha2 / (PI * t * t)
@@ -45,7 +45,7 @@ def distribution_anisotropic(alpha_x, alpha_y, h):
 def visible_normal(alpha_x, alpha_y, v, u1, u2):
     """A local microfacet normal with the density D max(v.h, 0) / (v.z (1 + Lambda(v))), for the local direction v above the surface.
 
-    On the stretched surface, a sphere, the normals that v sees lie half way between v and the directions of a spherical cap.
+    Stretching turns the surface into a sphere. There a visible normal is the half vector of v and a uniform point on a spherical cap.
     """
     stretched = normalize((alpha_x * v[0], alpha_y * v[1], v[2]))
     z = F(1) - u1 * (F(1) + stretched[2])

@@ -1,4 +1,4 @@
-"""Shading normals that are not the surface's own: those that a reflection allows, and their shading at the terminator."""
+"""Bumped shading normals: bending them for reflections, and softening the terminator."""
 
 import math
 
@@ -10,10 +10,10 @@ from .microfacet import smith
 
 @part
 def reflectable(ng, wo, n):
-    """n, bent towards ng just so far that the mirror direction of wo lies above the surface.
+    """n, bent towards ng by the least amount that puts the mirror direction of wo above the surface, as in Cycles for glossy lobes.
 
-    Cycles bends the normals of glossy lobes so. The bent normal is m = x t + z ng, with t the tangent towards n. Its mirror direction
-    has the height 2 (m.wo) z - wo.ng = `height`; squared, that is a quadratic equation for z^2.
+    The bent normal is m = x t + z ng, with t the unit tangent towards n. The mirror direction of wo about m has the height
+    2 (m.wo) z - wo.ng = `height` above the surface. Squaring this gives a quadratic equation for z^2.
     """
     up = dot(wo, ng)
     height = min(F(0.9) * up, F(0.01))
@@ -30,7 +30,7 @@ def reflectable(ng, wo, n):
 
 @part
 def leaks(lobes, k, wi):
-    """Whether a bumped lobe would send light through the smooth surface: wi is above one of the two normals and below the other."""
+    """Whether a bumped lobe would send light through the smooth surface: wi is above one of the two normals, but below the other."""
     n, smooth = get(lobes, k, NORMAL), get(lobes, k, SMOOTH_NORMAL)
     return dot(smooth, wi) * dot(smooth, n) * dot(n, wi) < F(0)
 

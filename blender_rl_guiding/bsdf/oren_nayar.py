@@ -1,6 +1,6 @@
-"""Rough diffuse reflection that loses no energy: Fujii's Oren-Nayar with the multiple scattering of OpenPBR. Sampled as `diffuse`.
+"""Rough diffuse reflection without loss of energy: Fujii's Oren-Nayar plus the multiple scattering of OpenPBR.
 
-Sources: Fujii, "A tiny improvement of Oren-Nayar reflectance model"; Portsmouth, Kutz and Hill 2025, "EON".
+`diffuse` has the sampling. Sources: Fujii, "A tiny improvement of Oren-Nayar reflectance model"; Portsmouth, Kutz and Hill 2025, "EON".
 """
 
 import math
@@ -11,15 +11,15 @@ from .fresnel import saturate
 from .lobe import ALPHA_X, ALPHA_Y, DIFFUSE_REFLECTION, F0, NORMAL, OREN_NAYAR, WEIGHT, get, put, write
 
 _A, _B, _MULTIPLE = ALPHA_X, ALPHA_Y, F0  # columns: Fujii's A and B over pi, and the colour of the multiple scattering
-_AVERAGE = (2 * math.pi - 5.6) / 3  # of G over projected solid angle, as OpenPBR rounds it
+_AVERAGE = (2 * math.pi - 5.6) / 3  # average of G over projected solid angle, with OpenPBR's rounding
 
 
 @part
 def _lost(a, b, cosine):
-    """1 - E, the share of light at this cosine that single scattering does not return."""
+    """1 - E(cosine): the share of light that single scattering loses."""
     s = math.sqrt(max(F(1) - cosine * cosine, F(0)))
     if cosine < F(1e-6):
-        g = PI / F(2) - F(2 / 3) - cosine  # the quotient below loses its digits
+        g = PI / F(2) - F(2 / 3) - cosine  # the quotient in the other branch has no correct digits here
     else:
         g = s * (math.acos(min(cosine, F(1))) - F(2 / 3) - s * cosine) + F(2 / 3) * (s / cosine) * (F(1) - s * s * s)
     return F(1) - (a * PI + b * g)
@@ -27,14 +27,14 @@ def _lost(a, b, cosine):
 
 @part
 def _multiple(color, average):
-    """Colour of the multiple scattering of one channel, for the average share that single scattering returns."""
+    """Multiple scattering of one channel: c^2 A / (pi (1 - A) (1 - c (1 - A))), A = `average`, the average albedo of single scattering."""
     c = saturate(color)
     return INV_PI * c * c * (average / (F(1) - average)) / (F(1) - c * (F(1) - average))
 
 
 @part
 def setup(lobes, k, point, n, weight, color, roughness):
-    """Write the lobe as row k. The weight includes the colour already; the colour itself tints the multiple scattering."""
+    """Write the lobe as row k. weight: RGB, with the colour as a factor. color: tints the multiple scattering."""
     write(lobes, k, OREN_NAYAR, DIFFUSE_REFLECTION, point, n, weight, weight)
     sigma = saturate(roughness)
     a = F(1) / (PI + sigma * (PI / F(2) - F(2 / 3)))

@@ -1,7 +1,7 @@
-"""Computes the albedo tables: python -m blender_rl_guiding.bsdf.precompute [FILE] writes tables.npz, keeping the sheen in it.
+"""Computes the albedo tables: python -m blender_rl_guiding.bsdf.precompute [FILE] writes tables.npz, and keeps the sheen in the file.
 
-The grids are those of Cycles, so that interpolation has the same error in both. They are equally spaced over [0, 1] in roughness, in
-cosine and in z, where z^4 is the reflectance at normal incidence. Values are integrals over visible normals, by a rank-1 lattice.
+The grids are those of Cycles, so that both have the same interpolation error: equally spaced over [0, 1] in roughness, in cosine and
+in z, where z^4 is the reflectance at normal incidence. Values are integrals over visible normals, by a rank-1 lattice.
 """
 
 import sys
@@ -15,14 +15,14 @@ from ..kernels.sampling import F
 from . import fresnel, microfacet
 
 SIZE, SIZE_3D = 32, 16
-_POINTS = 1 << 14  # errors are below 1e-4: Cycles' own tables, as measured in its renders, agree to four digits
+_POINTS = 1 << 14  # errors are below 1e-4; Cycles' tables, measured in its renders, agree to four digits
 _COSINES = 32  # Gauss-Legendre nodes of an average over the cosine
 _GOLDEN = 0.6180339887498949
 
 
 @part
 def _share(alpha, cosine, ior, glass, u1, u2):
-    """The contribution of one visible normal to the albedo, and to the s of `energy.schlick_albedo`."""
+    """(contribution of one visible normal to the albedo, contribution to the s of `energy.schlick_albedo`)."""
     v = (np.sqrt(max(F(1) - cosine * cosine, F(0))), F(0), cosine)
     h = microfacet.visible_normal(alpha, alpha, v, u1, u2)
     vh = v[0] * h[0] + v[2] * h[2]
@@ -35,7 +35,7 @@ def _share(alpha, cosine, ior, glass, u1, u2):
         return mirrored, share
     r = fresnel.dielectric(vh, ior)
     refracted = (vh / ior - fresnel.refracted_cosine(vh, ior)) * h[2] - cosine / ior
-    # Cycles' tables count light that is refracted back to the near side as passed. So do ours, to gain as much energy.
+    # Cycles' tables count light refracted back to the near side as transmitted. These tables do the same, to gain the same energy.
     passed = above / (above + microfacet.smith(alpha2, refracted)) if r < F(1) else F(0)
     return r * mirrored + (F(1) - r) * passed, F(0)
 
@@ -72,8 +72,8 @@ def _grid(size: int) -> np.ndarray:
 
 
 def iors() -> np.ndarray:
-    """The iors of the grid, (16,) float32. z stays off 0 and 1, where nothing and everything is reflected."""
-    root = np.clip(_grid(SIZE_3D), 1e-4, 0.99) ** 2  # of the reflectance at normal incidence
+    """The iors of the grid, (16,) float32. z is clamped to 1e-4..0.99: at 0 nothing is reflected, at 1 everything."""
+    root = np.clip(_grid(SIZE_3D), 1e-4, 0.99) ** 2  # square root of the reflectance at normal incidence
     return ((1 + root) / (1 - root)).astype(np.float32)
 
 
@@ -95,7 +95,7 @@ def _average(roughnesses: np.ndarray, ior: np.float32, glass: bool, points: int)
 
 
 def tables(points: int = _POINTS) -> dict[str, np.ndarray]:
-    """The tables by name; axes are ior, cosine, roughness, as far as each has them."""
+    """The tables by name. Axes are ior, cosine, roughness, in this order; some tables lack ior or cosine."""
     fine, coarse = _grid(SIZE), _grid(SIZE_3D)
     entering = [_table(coarse, coarse, ior, True, points)[0] for ior in iors()]
     leaving = [_table(coarse, coarse, F(1) / ior, True, points)[0] for ior in iors()]

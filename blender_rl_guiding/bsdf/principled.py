@@ -1,6 +1,6 @@
 """The Principled BSDF: sheen over coat over metal, glass, and specular over diffuse.
 
-Each layer takes its albedo from those below. Tints, ior and weights mean what they mean in Cycles.
+Each layer lowers the weight of the layers below by its albedo. Tints, ior and weights mean the same as in Cycles.
 """
 
 import math
@@ -20,7 +20,7 @@ _BLACK, _WHITE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 
 
 class _Interface(NamedTuple):
-    """Properties that metal, glass and specular reflection share."""
+    """The common properties of metal, glass and specular reflection."""
 
     n: tuple
     alpha: tuple
@@ -46,7 +46,7 @@ def emission(inputs, point):
 
 @part
 def add_principled(inputs, point, lobes, count):
-    """Write the lobes; returns the new number of them."""
+    """Write the lobes from row `count` on. Returns the new number of lobes."""
     weight = _opaque(inputs)
     count, weight = _add_sheen(inputs, point, lobes, count, weight)
     count, weight = _add_coat(inputs, point, lobes, count, weight)
@@ -66,7 +66,7 @@ def _opaque(inputs):
 
 @part
 def _under(layer, weight):
-    """(1 - max_c layer_c / weight_c) weight: the weight below a layer of this albedo, from the weight of both."""
+    """(1 - max_c layer_c / weight_c) weight: the weight below a layer. layer: its weighted albedo; weight: of the layer and all below."""
     taken = F(0)
     for i in range(3):
         if weight[i] > F(0):
@@ -131,7 +131,7 @@ def _has_coat(inputs):
 
 @part
 def _absorbed(inputs, n, wo, ior):
-    """tint^(1 / cos t), blended in by the coat's weight, t the refracted angle: what the coat leaves of light that crosses it once."""
+    """lerp(1, tint^(1 / cos t), coat weight), RGB, t the refracted angle: the share of light that remains after crossing the coat once."""
     share = number(inputs, _P.coat_weight)
     tint = color(inputs, _P.coat_tint)
     depth = F(1) / fresnel.refracted_cosine(n[0] * wo[0] + n[1] * wo[1] + n[2] * wo[2], ior)
@@ -202,7 +202,7 @@ def _add_glass(inputs, point, lobes, count, weight, interface):
     if share <= CUTOFF:
         return count, weight
     c = _base_color(inputs)
-    tints = _WHITE, (math.sqrt(c[0]), math.sqrt(c[1]), math.sqrt(c[2]))  # light that enters and leaves is tinted twice: by the colour
+    tints = _WHITE, (math.sqrt(c[0]), math.sqrt(c[1]), math.sqrt(c[2]))  # light that enters and leaves has the root twice
     ior, roughness = positive(inputs, _P.ior), factor(inputs, _P.roughness)
     f0 = _tinted_f0(inputs, fresnel.normal_reflectance(ior))
     inside = relative_ior(point, ior)
@@ -212,7 +212,7 @@ def _add_glass(inputs, point, lobes, count, weight, interface):
 
 @part
 def _specular_ior(ior, level):
-    """The ior whose reflectance at normal incidence is 2 level times that of `ior`, and that reflectance; 0.5 changes nothing."""
+    """(ior', f0'), f0' = 2 level f0(ior): the reflectance at normal incidence, and the ior that has it. level 0.5 changes nothing."""
     f0 = fresnel.normal_reflectance(ior)
     if level == F(0.5):
         return ior, f0

@@ -17,12 +17,12 @@ _K_PRINCIPLED = kind("principled")
 
 @part
 def scatter(shading, shader, point, registers, lobes):
-    """Write the lobes of a shader whose code has run; returns their number, emission and transparency.
+    """Write the lobes of a shader whose code has run. Returns (number of lobes, emission, transparency).
 
-    Emission is radiance towards wo, RGB; transparency the share of light that passes straight on, RGB. The lobes' probabilities
-    are proportional to the luminance of their albedos.
+    emission: radiance towards wo, RGB. transparency: share of light that passes straight on, RGB. The probability of a lobe is
+    proportional to the luminance of its albedo.
     """
-    count, emitted, passing = np.int64(0), _BLACK, _BLACK  # np.int64: Numba would compile all lobes once more for a literal
+    count, emitted, passing = np.int64(0), _BLACK, _BLACK  # np.int64: for a literal, Numba would compile all lobes again
     for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
         which, inputs = shading.closures[row, 0], gather(shading, registers, row)
         if which == _K_DIFFUSE:
@@ -43,7 +43,7 @@ def scatter(shading, shader, point, registers, lobes):
 
 @part
 def scatter_plain(color, n, lobes):
-    """`scatter` for a constant Lambert, the most frequent surface: one short way."""
+    """A fast `scatter` for the most frequent surface: a Lambert reflection of constant colour."""
     lobes[0, KIND], lobes[0, PROBABILITY], lobes[0, SPREAD], lobes[0, BUMPED] = DIFFUSE, F(1), DIFFUSE_REFLECTION, F(0)
     put(lobes, 0, NORMAL, n)
     put(lobes, 0, WEIGHT, color)
@@ -53,7 +53,7 @@ def scatter_plain(color, n, lobes):
 
 @part
 def _add(which, inputs, point, lobes, count):
-    """Write the lobes of one of the rarer closures; returns the new number of lobes."""
+    """Write the lobes of one of the rarer closures. Returns the new number of lobes."""
     if which == _K_GLOSSY:
         return closures.add_glossy(inputs, point, lobes, count)
     if which == _K_METALLIC:
@@ -82,7 +82,7 @@ def _normalize(lobes, count):
 
 @part
 def emission(shading, shader, point, registers):
-    """Radiance towards wo, RGB; also that of the world."""
+    """Emitted radiance towards wo, RGB, of a surface or of the world."""
     total = _BLACK
     for row in range(shading.shaders[shader, 2], shading.shaders[shader, 3]):
         which = shading.closures[row, 0]

@@ -1,6 +1,6 @@
 """Sheen of fine fibres: a linearly transformed cosine (Zeltner, Burley and Chiang 2022), fitted to what Cycles renders.
 
-In the frame whose first axis lies towards wo, (a x + b z, a y, z), normalized, is distributed by the cosine.
+In the local frame whose x axis points towards wo: if wi = (x, y, z), the vector (a x + b z, a y, z), normalized, has the density cos / pi.
 """
 
 import math

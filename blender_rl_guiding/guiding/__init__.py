@@ -8,7 +8,10 @@ from .base import Guide
 
 
 def guide_class(settings: GuideSettings) -> type[Guide]:
-    """`GUIDE` of the module that bears the kind's name. It is imported here, because dqn's needs torch, which takes seconds."""
+    """The guide class of the settings' kind: `GUIDE` of the module `guiding.<kind>`.
+
+    The import is inside the function, because `dqn` imports torch, which takes seconds.
+    """
     return import_module(f".{settings.kind}", __package__).GUIDE
 
 

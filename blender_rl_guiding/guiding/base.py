@@ -1,4 +1,4 @@
-"""What a guide is to the renderer: it hands out directions for a pass, and learns from what the pass saw."""
+"""The interface of a guide: it gives the directions of a pass, then learns from the transitions of the pass."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -12,21 +12,21 @@ from .saved import Arrays, Saved
 
 
 class Transitions(NamedTuple):
-    """(s, a, r, s') of path segments x -> y, in structure of arrays, in the order of pixels, samples and vertices.
+    """Transitions (s, a, r, s') of path segments x -> y, as a structure of arrays, ordered by pixel, sample and vertex.
 
-    The light that arrives at x through the segment is estimated as reward + albedo / pi * (integral of what arrives at y times cosine).
+    L_i(x, from y) is estimated as reward + albedo / pi * integral of L_i(y, w) cos(theta) dw over the hemisphere at y, as luminance.
     """
 
     position: np.ndarray  # (n, 3) float32, x, from the scene's origin
     normal: np.ndarray  # (n, 3) float32, shading normal at x
     direction: np.ndarray  # (n, 3) float32, unit, from x to y
-    next_position: np.ndarray  # (n, 3) float32, y; where terminal anything
+    next_position: np.ndarray  # (n, 3) float32, y; any value where the path ends
     next_normal: np.ndarray  # (n, 3) float32
     reward: np.ndarray  # (n,) float32, luminance: emission of y times its MIS weight, plus the NEE estimate at y
     albedo: np.ndarray  # (n,) float32, luminance of y's albedo; 0 where y ends the path
 
 
-TRANSITION = 68  # bytes of one
+TRANSITION = 68  # bytes of one transition
 
 OnStep = Callable[[int], None]  # called after each training step, with the number of steps so far
 
@@ -36,70 +36,71 @@ def unheard(steps: int) -> None:
 
 
 class Learnt(NamedTuple):
-    """What a guide knows at a point, over equal patches of the hemisphere around the normal; row 0 is at the horizon."""
+    """A guide's estimates at a point, for equal patches of the hemisphere around the normal. Row 0 is at the horizon."""
 
-    radiance: np.ndarray  # (rows, columns) float32, mean that arrives through each
-    chances: np.ndarray  # (rows, columns) float32, probability of drawing each
+    radiance: np.ndarray  # (rows, columns) float32, mean incident radiance through each patch, luminance
+    chances: np.ndarray  # (rows, columns) float32, probability of drawing each patch
 
 
 class Guide:
-    """Proposes directions; as it stands, the material's own, and it never learns. A wrong guide costs variance, never bias.
+    """Proposes directions. A wrong guide costs variance, never bias.
 
-    The module `guiding.<kind>` calls its subclass GUIDE. Nobody else asks for a guide's type.
+    This base class leaves directions to the material, and never learns. The module `guiding.<kind>` names its subclass GUIDE. No other
+    code asks for the type of a guide.
     """
 
     def __init__(self, settings: Any, scene: SceneData, seed: int) -> None:
-        """The guide before its first lesson. `settings` are of the class whose kind names the module."""
+        """The guide before it has learnt. `settings`: the settings class of the same kind as the module."""
 
     @classmethod
     def memory(cls, settings: Any, scene: SceneData, visits: float, rough: bool) -> list[Part]:
-        """The parts of memory that the guide will take, beside the transitions of a pass.
+        """The parts of memory that the guide will take, without the transitions of a pass.
 
-        visits: transitions that it will have learnt from in the end, about. rough: return at least the true size, without a look at
+        visits: about how many transitions the guide learns from in the whole render. rough: return an upper bound, without reading
         any surface; `visits` bounds the number of cells.
         """
         return []
 
     def directions(self) -> Any:
-        """The directions of the next pass: the named tuple of their kind. They must not change until `learn` is called."""
+        """The directions of the next pass, a named tuple of `guiding.directions`. Its arrays must not change until `learn` is called."""
         return one_cell(bsdf_fraction=1.0)
 
     def wanted(self) -> int:
-        """How many transitions of the next pass to collect, about; 0 for none."""
+        """About how many transitions to collect in the next pass; 0 for none."""
         return 0
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
-        """Learn from a pass; returns numbers for the pass's entry in the learning curve.
+        """Learn from a pass. Returns numbers for the pass's entry in the learning curve.
 
-        Numbers that others read, each of which may be missing: "loss", the mean over the pass; "losses", a list with one of each training
-        step, unless the pass was the step; "train_seconds"; "infer_seconds", for laying out directions of the next pass.
+        Other code reads these; each may be missing: "loss", mean over the pass; "losses", a list, one loss for each training step, missing
+        if the whole pass is one step; "train_seconds"; "infer_seconds", the time to compute the directions of the next pass.
         """
         return {}
 
     def work(self, taken: int, passes: int) -> tuple[int, int]:
-        """Units of learning that are done, and that are to come: they take equally long. By default a unit is a pass.
+        """(units of learning done, units to come). All units take equally long. By default a unit is a pass.
 
-        taken: samples of each pixel so far. passes: those to come from which the guide learns.
+        taken: samples of each pixel so far. passes: the number of passes to come from which the guide learns.
         """
         return taken, passes
 
     def states(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """The number of the state, such as a cell, that each point belongs to: (n,) int32 from (n, 3) float32; UNKNOWN where none."""
+        """The state of each point, such as its cell, as a number: (n,) int32 from (n, 3) float32 each. UNKNOWN where there is none."""
         return np.full(len(position), UNKNOWN, np.int32)
 
     def learnt(self, position: np.ndarray, normal: np.ndarray) -> Learnt | None:
-        """What is known at a point, from (3,) float32 each; None where nothing is."""
+        """The guide's estimates at a point, from (3,) float32 each; None where the guide has none."""
         return None
 
     def state(self) -> Arrays:
-        """All that learning has changed, for a checkpoint: views rather than copies, and nothing that follows from the rest."""
+        """All that learning has changed, for a checkpoint: views, not copies. Arrays that can be computed from others are left out."""
         return {}
 
     def restore(self, saved: Saved) -> None:
-        """Become the guide whose state was saved, with the same bits to come. Called before anything is learnt.
+        """Take a saved state. The guide then goes on to the same bits. Called before the guide learns.
 
-        The file may be anyone's: ValueError where the state cannot be one of a guide with these settings. Numbers may be nonsense, but no
-        kernel may be led to read outside of an array.
+        Anyone may have made the file: ValueError if no guide with these settings can have this state. Its numbers may be nonsense, but they
+        must not make a kernel read outside of an array.
         """
 
 

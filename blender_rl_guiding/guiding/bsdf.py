@@ -1,4 +1,4 @@
-"""Guide `bsdf`: the material's own sampling, which is what a guide that never learns leaves in place."""
+"""Guide `bsdf`: the material's own sampling, as in the base class `Guide`."""
 
 from .base import Guide
 

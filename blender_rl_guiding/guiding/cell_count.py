@@ -1,4 +1,4 @@
-"""Foresees the number of cells that a guide will find on a scene, by points drawn on its surfaces."""
+"""Predicts the number of cells that a guide will find in a scene, from random points on its surfaces."""
 
 import math
 from weakref import WeakKeyDictionary
@@ -10,14 +10,14 @@ from .cells import cell_size
 from .directions import NORMAL_STEPS
 
 POINTS = 1 << 17
-_BLOCK = 1 << 14  # triangles whose arithmetic stays in the cache
-_counted: WeakKeyDictionary[SceneData, dict[int, float]] = WeakKeyDictionary()  # by `along`: every render of a scene asks
+_BLOCK = 1 << 14  # triangles at a time: the arithmetic stays in the processor's cache
+_counted: WeakKeyDictionary[SceneData, dict[int, float]] = WeakKeyDictionary()  # n by `along`: every render of a scene asks
 
 
 def cells_found(scene: SceneData, along: int, visits: float) -> float:
-    """The number of cells that `visits` transitions find, if they are spread evenly over all surfaces.
+    """The number of cells that `visits` transitions find if they are uniform over all surfaces: n (1 - exp(-visits / n)), n cells in all.
 
-    `along`: cells along the scene's longest side. Counts surfaces that no path reaches, and two-sided ones once.
+    along: cells along the scene's longest side. Surfaces that no path reaches count, too. Two-sided surfaces count once.
     """
     counted = _counted.setdefault(scene, {})
     if along not in counted:
@@ -26,20 +26,20 @@ def cells_found(scene: SceneData, along: int, visits: float) -> float:
 
 
 def _cells(scene: SceneData, along: int) -> float:
-    """The number of cells that surfaces lie in."""
+    """n, the number of cells that contain a part of a surface."""
     if not len(scene.triangles):
         return 1.0
     position, normal = _on_surfaces(scene, np.random.default_rng(0))
     steps = np.floor((position - position.min(axis=0)) / cell_size(scene, along) + 0.5).astype(np.int64)
     turns = np.floor(normal * NORMAL_STEPS + 0.5).astype(np.int64) + NORMAL_STEPS
     key = np.zeros(POINTS, np.int64)
-    for column in (*steps.T, *turns.T):  # as `directions.cell_key`, whose 16 bits wrap round
+    for column in (*steps.T, *turns.T):  # as `directions.cell_key`, but steps do not wrap at 16 bits
         key = key * 1_000_003 + column
     return _all(len(np.unique(key)), POINTS)
 
 
 def _all(found: int, draws: int) -> float:
-    """Solves n (1 - exp(-draws / n)) = found for n. The result is at most 64 draws: there nearly all draws are different."""
+    """The n that solves n (1 - exp(-draws / n)) = found, at most 64 * draws. At that n nearly all draws find different cells."""
     low, high = float(found), 64.0 * draws
     while high - low > 1e-3 * high:
         n = (low + high) / 2
@@ -48,7 +48,7 @@ def _all(found: int, draws: int) -> float:
 
 
 def _on_surfaces(scene: SceneData, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Points and unit shading normals, (POINTS, 3) each, even over the area of all triangles, instances' included."""
+    """Random points and their unit shading normals, (POINTS, 3) each, uniform over the area of all triangles, also of instances."""
     ends = np.cumsum(_areas(scene))
     world = len(scene.object)
     starts = np.concatenate([[0], scene.meshes]) if len(scene.meshes) else np.zeros(1, np.int64)

@@ -1,4 +1,4 @@
-"""The cells of the guiding table: found where transitions were, hashed over position and normal."""
+"""The cells of the guiding table: a hash table over position and normal. A cell exists once a transition has fallen into it."""
 
 import numpy as np
 
@@ -9,26 +9,26 @@ from ..scene.data import SceneData
 from .directions import UNKNOWN, Cells, cell_key, find_cell
 from .saved import Arrays, Saved
 
-_LEAST = 1e-30  # metres of a scene's longest side, so that there are no infinitely many cells to a metre
+_LEAST = 1e-30  # metres, lower bound of a scene's longest side: cells per metre stay finite
 
 
 def cell_size(scene: SceneData, cells: int) -> float:
-    """Metres along a side of a cell, of which so many lie along the scene's longest side."""
+    """The side of a cell, metres: the scene's longest side / `cells`."""
     low, high = scene.bounds
     return max(float((high - low).max()), _LEAST) / cells
 
 
-MOST_STEPS = 1000  # from a key's place to where it is; 9 in a table of a million keys by chance
+MOST_STEPS = 1000  # from the first place that a key's hash names; random keys are up to 9 steps away in a table of a million
 
 
 class CellTable:
-    """Grows as states are seen. Each cell stands for the mean of the states seen in it, so that it lies on the surface."""
+    """A hash table of cells; it grows with the states inserted. A cell is the mean of its states, so it lies on the surface."""
 
     def __init__(self, low: np.ndarray, cell: float) -> None:
-        """`low` is the lowest corner of the scene; half a cell is added below, so that walls on it lie inside cells."""
+        """low: (3,), the scene's lowest corner, metres. The grid begins half a cell below it, so that walls at `low` lie inside cells."""
         origin = (low - 0.5 * cell).astype(np.float32)
         self.cells = Cells(origin, F(1 / cell), np.zeros(1024, np.uint64), np.zeros(1024, np.int32))
-        self._sums = np.zeros((512, 7))  # position, normal, count
+        self._sums = np.zeros((512, 7))  # of each cell: sum of positions, sum of normals, count
         self.count = 0
 
     def insert(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -60,7 +60,10 @@ class CellTable:
         return {"keys": keys, "sums": self._sums[: self.count]}
 
     def restore(self, saved: Saved) -> None:
-        """Take up `state`. Each key is put into an empty table, so that every row of it exists whatever the file says."""
+        """Take a saved `state`. Each key goes into an empty table, so every row in the table exists, whatever the file says.
+
+        ValueError if keys are equal or empty, or collide far more often than random keys.
+        """
         keys = saved.array("keys", np.uint64, None)
         sums = saved.array("sums", np.float64, len(keys), 7)
         if not (keys >> np.uint64(63)).all() or len(np.unique(keys)) < len(keys):
@@ -84,7 +87,7 @@ class CellTable:
 
 @kernel
 def insert_states(cells, position, normal, start, sums, count, rows):
-    """Insert states from `start` on until done or the table is full; returns the first not inserted and the number of cells.
+    """Insert states from `start` on, until all are inserted or the table is full. Returns (first state not inserted, number of cells).
 
     Writes the row of each state to `rows`, (n,) int32.
     """
@@ -118,9 +121,9 @@ def put(cells, key, row):
 
 @kernel
 def put_all(cells, keys):
-    """Store keys, (n,) uint64, that differ and are not in the table; the row of each is its place.
+    """Store keys, (n,) uint64, all different and not in the table. The row of keys[i] is i.
 
-    False where one is further from its place than keys come to be by chance: whoever chose them wants to make looking up slow.
+    Returns False if a key is not `is_near`. Random keys always are; other keys were chosen to make look-ups slow.
     """
     for row in range(keys.shape[0]):
         put(cells, keys[row], np.int32(row))
@@ -131,7 +134,7 @@ def put_all(cells, keys):
 
 @part
 def is_near(cells, key):
-    """Whether a key is found within `MOST_STEPS`."""
+    """Whether a search finds a key within `MOST_STEPS` steps."""
     mask = np.uint64(cells.keys.shape[0] - 1)
     first = mix(key)
     for step in range(MOST_STEPS):  # noqa: SIM110  # kernels have no generators

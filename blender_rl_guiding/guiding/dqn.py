@@ -1,17 +1,19 @@
 """Guide `dqn`: a deep Q-network learns the incident radiance by expected SARSA while the image renders.
 
-After each pass it learns from replayed transitions. Then it is evaluated once for each cell of a table, from which the tracer draws.
+After each pass the network learns from replayed transitions. It is then evaluated once for each cell of a table. The tracer draws
+directions from this table.
 
-It departs from the method as published (the slides) in:
-1. What the tracer reads. Published: the network, at each vertex. Here: a table of the network over `cells`, 32 along the scene.
-2. Rewards. Published: as they are. Here: scaled to a mean of 0.1 over the first pass that saw light.
-3. The loss (`error`). Published: squared. Here: relative, divided by Q^2 + 0.01, because a direction's probability has to be right
-   relative to itself (as in neural radiance caching, Mueller et al. 2021). The presets of the slides keep "squared".
-4. What directions follow (`weights`, `bsdf_fraction`). Published: Q alone. Here: Q cos(theta), and a share of 0.3 by the material.
-   The presets keep "radiance" and 0.
-5. Random numbers and step sizes: the defaults of `DQN` are not the published ones, which the presets keep. learning_rate 1e-3 published,
-   1e-2 here; decay 0.995, 0.998; tau 1e-3, 0.1; batch 8192, 4096; memory 120,000, 500,000; learning_starts 100,000, 8192; steps after a
-   sample 10 (chosen: not published), 24, and 300 the first time.
+Differences from the published method (the slides):
+1. What the tracer reads. Published: the network, at each vertex. Here: a table of the network's outputs over cells; `cells` = 32 lie
+   along the scene's longest side.
+2. Rewards. Published: not scaled. Here: scaled to a mean of 0.1 over the first pass with light.
+3. The loss (`error`). Published: squared. Here: relative, divided by Q^2 + 0.01, because the relative error of a direction's probability
+   matters (as in neural radiance caching, Mueller et al. 2021). The presets of the slides keep "squared".
+4. Drawing directions (`weights`, `bsdf_fraction`). Published: in proportion to Q. Here: in proportion to Q cos(theta); the material
+   draws a share of 0.3. The presets keep "radiance" and 0.
+5. Hyperparameters. The presets keep the published values; the defaults of `DQN` differ. Published and here: learning_rate 1e-3, 1e-2;
+   decay 0.995, 0.998; tau 1e-3, 0.1; batch 8192, 4096; memory 120,000, 500,000; learning_starts 100,000, 8192; steps after a sample 10
+   (our choice, not published), 24. Here the first training has 300 steps.
 """
 
 import ctypes
@@ -33,8 +35,8 @@ from .replay import BYTES, Experience, ReplayMemory
 from .saved import Arrays, Saved, below
 from .training import Training, due, to_come
 
-TORCH_THREADS = 1  # the rounding of sums depends on it, so it must not follow the machine; more hardly help networks this small
-MEAN_REWARD = 0.1  # what rewards are scaled to, so that the network's outputs have one range whatever the scene's brightness
+TORCH_THREADS = 1  # sums round differently with other numbers, so every machine uses 1; more threads hardly help so small networks
+MEAN_REWARD = 0.1  # of the scaled rewards: the range of the network's outputs then does not depend on the scene's brightness
 
 
 class DQNGuide(PatchGuide[DQN]):
@@ -50,7 +52,7 @@ class DQNGuide(PatchGuide[DQN]):
         self._centre, self._half = (low + high) / 2, np.maximum(high - low, 1e-6) / 2
         self._memory = ReplayMemory(settings.memory)
         self._training = Training(settings)
-        self._scale = 0.0  # on rewards; 0 while no light was found
+        self._scale = 0.0  # factor on rewards; 0 until a pass finds light
 
     @classmethod
     def memory(cls, settings: DQN, scene: SceneData, visits: float, rough: bool) -> list[Part]:
@@ -69,15 +71,15 @@ class DQNGuide(PatchGuide[DQN]):
         return self._settings.recorded if due(self._settings, self._training.steps) > 0 else 0
 
     def work(self, taken: int, passes: int) -> tuple[int, int]:
-        """In training steps."""
+        """A unit is a training step."""
         done = self._training.steps
         return done, to_come(self._settings, done, passes)
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
-        """Remember the pass, train, and lay the network out as a table."""
+        """Store the pass's transitions, train, and tabulate the network's outputs."""
         steps = due(self._settings, self._training.steps)
         if steps <= 0:
-            return {}  # a cell more would have no row in the table
+            return {}  # insert no cells: the table would have no rows for them
         self._remember(transitions)
         if self._scale == 0.0 or len(self._memory) < self._settings.learning_starts:
             return {}
@@ -96,7 +98,7 @@ class DQNGuide(PatchGuide[DQN]):
         return own | self._training.state() | below("cells", self.cells.state()) | below("memory", self._memory.state())
 
     def restore(self, saved: Saved) -> None:
-        """Directions follow from the rest."""
+        """The table of directions is not saved: the network computes it again."""
         self._training.restore(saved)
         self._scale = float(saved.array("scale", np.float64))
         _restore(self._rng, saved)
@@ -106,7 +108,7 @@ class DQNGuide(PatchGuide[DQN]):
             self._lay_out(self._outputs())
 
     def _remember(self, t: Transitions) -> None:
-        """Add a pass to the cells and to memory; the first that saw light decides how rewards are scaled."""
+        """Add a pass to the cells and to the replay memory. The first pass with light sets the scale of rewards."""
         self.cells.insert(t.position, t.normal)
         x, y = self._scaled(t.position), self._scaled(t.next_position)
         self._memory.add(Experience(x, t.normal, self._patches(t), y, t.next_normal, t.reward, t.albedo))
@@ -126,12 +128,12 @@ class DQNGuide(PatchGuide[DQN]):
         return self._training.q(self._scaled(position), normal)
 
     def _scaled(self, position: np.ndarray) -> np.ndarray:
-        """x in [-1, 1]^3 by the scene's bounds."""
+        """Positions, (n, 3) metres, mapped from the scene's bounds to [-1, 1]^3."""
         return ((position - self._centre) / self._half).astype(np.float32)
 
 
 def _state_of(rng: np.random.Generator) -> Arrays:
-    """The state of a generator, but for its seed: a counter of 128 bits, and the unused half of the last number."""
+    """The state of a generator without its seed: a counter of 128 bits, and the unused half of the last number."""
     state = rng.bit_generator.state
     low, high = state["state"]["state"] & (1 << 64) - 1, state["state"]["state"] >> 64
     return {"rng": np.array([low, high, state["has_uint32"], state["uinteger"]], np.uint64)}
@@ -147,7 +149,10 @@ def _restore(rng: np.random.Generator, saved: Saved) -> None:
 
 
 def _keep_freed_memory() -> None:
-    """Have glibc keep what torch frees: with fresh pages for every tensor of some MB a training step takes 1.3 to 1.5 times as long."""
+    """Make glibc keep the memory that torch frees.
+
+    Otherwise each tensor of some MB gets fresh pages, and a training step takes 1.3 to 1.5 times as long.
+    """
     if platform.libc_ver()[0] == "glibc":
         mallopt = ctypes.CDLL(None).mallopt
         mallopt(-3, 32 << 20)  # M_MMAP_THRESHOLD, its largest value

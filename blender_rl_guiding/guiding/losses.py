@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-SMALL_Q = 0.01  # what the relative error adds to Q squared
+SMALL_Q = 0.01  # added to Q^2 in the divisor of the relative error
 
 
 def expected_sarsa(reward: Tensor, albedo: Tensor, next_q: Tensor, cosines: Tensor) -> Tensor:
@@ -17,8 +17,8 @@ def expected_sarsa(reward: Tensor, albedo: Tensor, next_q: Tensor, cosines: Tens
 def mean_loss(q: Tensor, target: Tensor, own_target: Tensor | None = None, relative: bool = False) -> Tensor:
     """The mean over the batch of (Q - target)^2, where Q = Q(s, a; w). All tensors are (batch,).
 
-    own_target: the target by w itself. Each transition then counts max((Q - target)^2, (Q - own_target)^2), and the gradient flows through
-    Q and own_target: C-DQN (Wang and Ueda 2022). relative: divide by Q^2 + 0.01, through which no gradient flows.
+    own_target: the target computed with w, not w-. Each transition then counts max((Q - target)^2, (Q - own_target)^2), and the gradient
+    flows through Q and own_target: C-DQN (Wang and Ueda 2022). relative: divide by Q^2 + 0.01; no gradient flows through the divisor.
     """
     error = (q - target).square()
     if own_target is not None:

@@ -28,13 +28,13 @@ class QNetwork(nn.Module):
         return functional.softplus(self.last(self.hidden(self.encoder(x, n))))
 
     def of_patch(self, x: Tensor, n: Tensor, patch: Tensor) -> Tensor:
-        """Q of one patch for each state, (batch,): the last layer, where most of the work is, computes no other."""
+        """Q of one patch for each state, (batch,). The last layer, most of the work, computes this patch alone."""
         weight, bias = functional.embedding(patch, self.last.weight), self.last.bias[patch]
         return functional.softplus((self.hidden(self.encoder(x, n)) * weight).sum(1) + bias)
 
 
 def target_of(network: QNetwork) -> QNetwork:
-    """A copy that no gradient reaches."""
+    """A copy of the network whose weights have no gradients."""
     return copy.deepcopy(network).requires_grad_(False)
 
 

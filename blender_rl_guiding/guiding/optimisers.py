@@ -1,4 +1,7 @@
-"""Optimisers and their schedules. torch.optim's would import torch's compiler with it, which takes longer than rendering a small scene."""
+"""Optimisers and their schedules.
+
+torch.optim is not used: it imports torch's compiler, which takes longer than rendering a small scene.
+"""
 
 import math
 from collections.abc import Callable, Iterable
@@ -10,7 +13,7 @@ from ..guide_settings import DQN
 
 _BETA1, _BETA2, _EPSILON = 0.9, 0.999, 1e-8
 
-Schedule = Callable[[int], float]  # the step size of each step, the first being 0
+Schedule = Callable[[int], float]  # from the number of a step, beginning with 0, to its step size
 
 
 class Optimiser:
@@ -21,7 +24,7 @@ class Optimiser:
         self.steps = 0
 
     def tensors(self) -> list[Tensor]:
-        """The tensors that it keeps from step to step. Writing to them, and to `steps`, restores it."""
+        """The tensors that the optimiser keeps from step to step. Writing to them and to `steps` restores the optimiser."""
         return []
 
     @torch.no_grad()
@@ -49,7 +52,7 @@ def make_optimiser(parameters: Iterable[Tensor], settings: DQN) -> Optimiser:
 
 
 def schedule(settings: DQN) -> Schedule:
-    """Step sizes from `learning_rate` on, by a factor a step, or by half a cosine that is 0 at `max_steps`."""
+    """Step sizes that begin at `learning_rate`. They fall by a factor at each step, or as half a cosine that is 0 at `max_steps`."""
     match settings.schedule:
         case "exponential":
             return lambda step: settings.learning_rate * settings.decay**step

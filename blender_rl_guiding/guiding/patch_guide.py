@@ -1,4 +1,4 @@
-"""What `qtable` and `dqn` share: an estimate Q of the incident radiance over cells and patches, and a table of patch probabilities."""
+"""The common part of `qtable` and `dqn`: an estimate Q of incident radiance over cells and patches, and a table of probabilities."""
 
 from typing import Generic, TypeVar
 
@@ -14,7 +14,7 @@ S = TypeVar("S", QTable, DQN)
 
 
 class PatchGuide(Guide, Generic[S]):
-    """Before its first table it leaves directions to the material."""
+    """A guide that draws patches by a table of probabilities. Until the first table, the material draws directions."""
 
     def __init__(self, settings: S, cells: CellTable) -> None:
         self._settings, self.cells = settings, cells
@@ -46,11 +46,11 @@ class PatchGuide(Guide, Generic[S]):
         return patches
 
     def _forget(self) -> None:
-        """Leave directions to the material."""
+        """Drop the table: the material draws directions."""
         self._directions, self._taught = one_cell(bsdf_fraction=1.0), False
 
     def _lay_out(self, weights: np.ndarray) -> None:
-        """Draw the patches of each cell by (C, N) weights, or by these times the mean cosine of each patch."""
+        """Make the table from weights (C, N) of each cell and patch. The setting "product" multiplies them by the mean cosine."""
         s = self._settings
         if s.weights == "product":
             weights = weights * self._cosines

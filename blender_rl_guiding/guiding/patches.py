@@ -1,6 +1,7 @@
 """The actions: equal patches of the hemisphere around the normal, rows x columns, each of solid angle 2 pi / N.
 
-Rows split cos(theta) evenly, columns phi, in the local frame of `sampling.tangents`; patch a = row * columns + column.
+Rows are equal steps of cos(theta), columns equal steps of phi, in the local frame of `sampling.tangents`.
+Patch a = row * columns + column.
 """
 
 import math
@@ -14,7 +15,7 @@ from ..scene.description import Camera
 
 @part
 def patch_of(rows, columns, wi):
-    """The patch that the local direction wi passes through; directions below the horizon count to the lowest row."""
+    """The patch that the local direction wi passes through; directions below the horizon count as the lowest row."""
     turn = math.atan2(wi[1], wi[0]) / TWO_PI
     column = place((turn + F(1) if turn < F(0) else turn) * F(columns), columns)
     return place(wi[2] * F(rows), rows) * columns + column
@@ -44,9 +45,9 @@ def patches_of(rows, columns, normal, direction, patches):
 
 
 def hemisphere(position: np.ndarray, normal: np.ndarray, rows: int, columns: int) -> Camera:
-    """A camera at a point of a surface whose pixels are the patches: its image holds the mean radiance that arrives through each.
+    """A camera at a surface point. Its pixels are the patches: its image is the mean incident radiance through each patch.
 
-    Its top row of pixels is the last row of patches, around the normal.
+    The top row of pixels is the last row of patches, around the normal.
     """
     to_world = np.eye(4, dtype=np.float32)
     tangent_frame(np.float32(normal)[None], to_world)

@@ -1,15 +1,15 @@
 """Guide `qtable`: a table over cells of position and normal learns the incident radiance by expected SARSA (Dahm and Keller 2017).
 
-It departs from the method as published in:
-1. States. Published: Voronoi cells of points on the surfaces. Here: cells of a hashed grid over position and normal, `cells` = 32 along
-   the scene.
-2. When it learns. Published: at each bounce. Here: after each pass, from its transitions in their order, so that no bit depends on threads.
-3. Cells that were seldom visited (`levels`, `prior`). Published: each on its own, which is levels = 1. Here: 5 sizes of cells; each borrows
-   from the next larger as by prior = 4 visits, because most pairs of state and action are seen a few times at most.
-4. What directions follow (`second_moment`, `weights`, `bsdf_fraction`). Published: Q alone. Here: the root of the mean square of the
-   radiance times cos(theta), which spares outliers where the radiance varies within cell and patch (Rath et al. 2020); a hundredth of the
-   mean is added to each patch, and the material keeps a share of 0.3.
-5. Where nothing was learnt. Published: all Q begin at a positive value. Here: the material alone decides.
+Differences from the published method:
+1. States. Published: Voronoi cells of points on the surfaces. Here: cells of a hashed grid over position and normal; `cells` = 32 lie
+   along the scene's longest side.
+2. Time of learning. Published: at each bounce. Here: after each pass, from its transitions in a fixed order: bits do not depend on threads.
+3. Cells with few visits (`levels`, `prior`). Published: each cell alone (levels = 1). Here: 5 sizes of cells. The mean of the next larger
+   cell counts like prior = 4 visits, because most pairs (state, action) have few visits.
+4. Drawing directions (`second_moment`, `weights`, `bsdf_fraction`). Published: in proportion to Q. Here: in proportion to
+   sqrt(mean of squared targets) cos(theta), which gives fewer outliers where the radiance varies within a cell and patch (Rath et al.
+   2020). A hundredth of the mean is added to each patch. The material draws a share of 0.3.
+5. Before anything is learnt. Published: every Q begins at a positive value. Here: the material alone draws directions.
 """
 
 from itertools import pairwise
@@ -30,7 +30,7 @@ from .saved import Arrays, Saved, below
 
 Parents = list[tuple[np.ndarray, int]]
 LARGEST = 1e30
-LEAST = np.float32(0.01)  # of the mean over the patches, so that none is ever ruled out
+LEAST = np.float32(0.01)  # times the mean weight of the patches, added to each: no patch gets probability 0
 
 
 class QTableGuide(PatchGuide[QTable]):
@@ -42,10 +42,10 @@ class QTableGuide(PatchGuide[QTable]):
         self._levels = [CellTable(scene.bounds[0], size * 2**level) for level in range(settings.levels)]
         super().__init__(settings, self._levels[0])
         nothing = np.zeros((0, len(self._cosines)), np.float32)
-        # Of each cell and patch, (C, N) float32: visits, and the means of the targets and of their squares.
+        # (C, N) float32, for each cell and patch: number of visits, mean target, mean squared target.
         self._visits, self._q, self._squares = nothing, nothing, nothing
         self._arriving = np.zeros(0, np.float32)  # sum_k Q(s, k) cos(theta_k) of each cell, (C,)
-        self._estimate = nothing  # Q with what cells borrow
+        self._estimate = nothing  # (C, N) float32, Q after borrowing from larger cells
 
     @classmethod
     def memory(cls, settings: QTable, scene: SceneData, visits: float, rough: bool) -> list[Part]:
@@ -81,7 +81,7 @@ class QTableGuide(PatchGuide[QTable]):
         return {"visits": self._visits, "q": self._q, "squares": self._squares} | of_levels
 
     def restore(self, saved: Saved) -> None:
-        """Directions, and what cells borrow, follow from the rest."""
+        """Directions and `_estimate` are not saved: they are computed again."""
         for k, level in enumerate(self._levels):
             level.restore(saved.below(f"level-{k}"))
         shape = self.cells.count, len(self._cosines)
@@ -96,13 +96,13 @@ class QTableGuide(PatchGuide[QTable]):
         # A matrix product's rounding may depend on the machine's threads.
         self._arriving = np.einsum("ck,k->c", self._estimate, self._cosines)
         weights = np.sqrt(borrowed(self._squares, self._visits, parents, prior)) if self._settings.second_moment else self._estimate
-        weights = np.nan_to_num(weights, nan=0.0, posinf=LARGEST)  # of radiance whose square is none in single precision
+        weights = np.nan_to_num(weights, nan=0.0, posinf=LARGEST)  # where the radiance's square overflows single precision
         weights[~weights.any(axis=1)] = 1
         weights = weights + LEAST * weights.mean(axis=1, keepdims=True)
         self._lay_out(weights)
 
     def _known_parents(self) -> Parents:
-        """`_parents` as they were found the last time. ValueError where a cell has none."""
+        """`_parents` of the cells that exist; inserts none. ValueError if a cell has no parent."""
         parents = [(coarse.rows(*fine.states()), coarse.count) for fine, coarse in pairwise(self._levels)]
         if any((rows == UNKNOWN).any() for rows, _ in parents):
             raise ValueError("a cell lies in no larger one")
@@ -118,9 +118,10 @@ class QTableGuide(PatchGuide[QTable]):
 
 
 def borrowed(means: np.ndarray, visits: np.ndarray, parents: Parents, prior: np.float32) -> np.ndarray:
-    """(C, N) means, where each counts as much more as it has visits, and its parent's as `prior` of them.
+    """(C, N): (visits * mean + prior * parent) / (visits + prior). `parent` is the parent cell's result of the same formula.
 
-    visits: of each mean, (C, N). parents: of each level but the last, the row of every cell's parent in the next one, and their number.
+    The parent of the largest cells is the mean over all visits. visits: (C, N), visits of each mean. parents: for each level but the
+    last, the row of each cell's parent in the next level, and the number of parents.
     """
     sums, seen = [means * visits], [visits]
     for rows, count in parents:
@@ -133,7 +134,7 @@ def borrowed(means: np.ndarray, visits: np.ndarray, parents: Parents, prior: np.
 
 
 def added(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
-    """Sums of the (n, N) values that share a row, (count, N) float32."""
+    """(count, N) float32: row r is the sum of all values[i], (n, N), with rows[i] = r."""
     total = np.zeros((count, values.shape[1]), np.float32)
     add_rows(values, rows, total)
     return total
@@ -141,7 +142,7 @@ def added(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
 
 @kernel
 def add_rows(values, rows, total):
-    """Add every row of `values` to the row of `total` that `rows` names."""
+    """total[rows[i]] += values[i] for every i."""
     for i in range(rows.shape[0]):
         for k in range(values.shape[1]):
             total[rows[i], k] += values[i, k]
@@ -151,7 +152,7 @@ def add_rows(values, rows, total):
 def expected_sarsa(rows, patches, reward, albedo, next_rows, cosines, visits, q, squares, arriving):
     """Q(s, a) <- Q(s, a) + (target - Q(s, a)) / (1 + earlier visits), one transition after another; returns the sum of squared errors.
 
-    target = r + (2 pi / N) sum_k Q(s', k) albedo / pi cos(theta_k), with the cosine's exact mean over each patch; `arriving` follows Q.
+    target = r + (2 pi / N) sum_k Q(s', k) albedo / pi cos(theta_k), cos(theta_k) its exact mean over patch k. `arriving` is updated, too.
     """
     total = 0.0
     per_patch = np.float32(2.0 / cosines.shape[0])

@@ -1,4 +1,4 @@
-"""Replay memory: the last transitions, in a ring, from which training draws batches."""
+"""Replay memory: the last transitions, in a ring buffer. Training draws batches from it."""
 
 from typing import NamedTuple
 
@@ -10,12 +10,12 @@ BYTES = 60  # of one transition
 
 
 class Experience(NamedTuple):
-    """Transitions as the network is trained on them, in structure of arrays: x, y in [-1, 1]^3, and a as the number of a patch."""
+    """Transitions for training, as a structure of arrays: x and y in [-1, 1]^3, the action a as the number of a patch."""
 
     x: np.ndarray  # (n, 3) float32
     n: np.ndarray  # (n, 3) float32, unit normal at x
     patch: np.ndarray  # (n,) int32
-    y: np.ndarray  # (n, 3) float32; where terminal anything
+    y: np.ndarray  # (n, 3) float32; any value where the path ends
     m: np.ndarray  # (n, 3) float32, unit normal at y
     reward: np.ndarray  # (n,) float32
     albedo: np.ndarray  # (n,) float32
@@ -40,7 +40,7 @@ class ReplayMemory:
         return self._size
 
     def add(self, new: Experience) -> None:
-        """Append transitions in their order; of more than the capacity the last remain."""
+        """Append transitions in their order. Only the last `capacity` of them stay."""
         new = Experience(*(array[-self.capacity :] for array in new))
         if self._ring is None:
             self._ring = no_experience(self.capacity)
@@ -62,7 +62,7 @@ class ReplayMemory:
         return {name: array[: self._size] for name, array in ring._asdict().items()} | {"next": np.array(self._next)}
 
     def restore(self, saved: Saved, patches: int) -> None:
-        """Take up `state`, where there are so many patches."""
+        """Take a saved `state`. patches: the number of patches. ValueError if the memory cannot be in this state."""
         stored = no_experience(self.capacity)
         size = len(saved.array("reward", np.float32, None))
         if size > self.capacity:

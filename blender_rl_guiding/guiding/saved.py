@@ -12,7 +12,7 @@ Arrays = dict[str, np.ndarray]
 
 
 def below(prefix: str, arrays: Arrays) -> Arrays:
-    """The same arrays under longer names, which `Saved.below` takes off again."""
+    """The same arrays under the names `prefix.name`. `Saved.below` removes the prefix."""
     return {f"{prefix}.{name}": array for name, array in arrays.items()}
 
 
@@ -24,14 +24,14 @@ def digest(array: np.ndarray) -> str:
 
 
 class Saved:
-    """Saved arrays. Each is checked as it is read: ValueError if it is another than was written."""
+    """The arrays of a file. Reading an array checks its digest: ValueError if the array is not the one that was written."""
 
     def __init__(self, file: Archive, digests: Mapping[str, str], prefix: str = "") -> None:
         """`digests`: the `digest` of each array."""
         self._file, self._digests, self._prefix = file, digests, prefix
 
     def below(self, prefix: str) -> "Saved":
-        """Those whose names begin with the prefix and a dot."""
+        """The arrays whose names begin with the prefix and a dot."""
         return Saved(self._file, self._digests, f"{self._prefix}{prefix}.")
 
     def array(self, name: str, dtype: Any, *shape: int | None) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The training of `dqn`: its two networks, what moves them, and how many steps are due."""
+"""The training of `dqn`: its two networks, their optimiser, and the number of steps."""
 
 import numpy as np
 import torch
@@ -28,7 +28,7 @@ class Training:
         return self._optimiser.steps
 
     def step(self, batch: Experience, scale: float) -> float:
-        """Move w by the gradient of `mean_loss`, and w- towards w; returns the loss. Rewards count `scale` times."""
+        """Move w by the gradient of `mean_loss`, then w- towards w. Returns the loss. scale: factor on rewards."""
         s = self._settings
         x, n, patch, y, m, reward, albedo = map(torch.from_numpy, batch)
         reward = reward * scale
@@ -44,7 +44,7 @@ class Training:
 
     @torch.no_grad()
     def q(self, x: np.ndarray, n: np.ndarray) -> np.ndarray:
-        """Q of all patches by w, in units of scaled rewards: (batch, N) float32."""
+        """Q(s, a; w) of all patches a, in units of scaled rewards: (batch, N) float32."""
         return self.online(torch.from_numpy(x), torch.from_numpy(n)).numpy()
 
     def state(self) -> Arrays:
@@ -54,7 +54,7 @@ class Training:
 
     @torch.no_grad()
     def restore(self, saved: Saved) -> None:
-        """Take up `state`."""
+        """Take a saved `state`. ValueError if training cannot be in it."""
         for name, tensor in self._tensors().items():
             tensor.copy_(torch.from_numpy(saved.array(name, np.float32, *tensor.shape)))
         self._optimiser.steps = saved.whole("steps", 0, self._settings.max_steps)
@@ -71,10 +71,10 @@ class Training:
 
 
 def due(settings: DQN, done: int) -> int:
-    """Steps after the next pass, if there is enough to learn from by then."""
+    """Training steps after the next pass, if the replay memory then has enough transitions."""
     return min(settings.steps if done else settings.first_steps, settings.max_steps - done)
 
 
 def to_come(settings: DQN, done: int, passes: int) -> int:
-    """Steps of so many passes to come; those that are missing of the first training come before them."""
+    """Training steps in the next `passes` passes. Missing steps of the first training are added."""
     return min(max(0, settings.first_steps - done) + passes * settings.steps, settings.max_steps - done)

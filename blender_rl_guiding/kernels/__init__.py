@@ -1,7 +1,7 @@
 """How kernels are compiled: two decorators, and a cache folder that changes with the source.
 
-Numba's own cache looks only at the file a function stands in, so a kernel would go stale when a function it calls in another
-file changes. Keying the folder by every file that goes into kernels makes that impossible.
+Numba's own cache checks only the file of the kernel. It would keep an old kernel if a called function in another file changes. Here the
+name of the folder is a hash of all files with kernels, so this cannot happen.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ from . import kept
 
 
 def source_key(package: Path) -> str:
-    """16 hexadecimal digits that change with the sources of kernels below `package`, the scene's constants, and tables of numbers."""
+    """16 hexadecimal digits: a hash of the sources of kernels in `package`, of `scene`, and of the tables of numbers (.npz)."""
     digest = hashlib.sha256()
     for file in sorted(package.rglob("*")):
         if file.suffix == ".npz" or (file.suffix == ".py" and (file.parent.name in ("kernels", "scene", "tracing") or _has_kernels(file))):
@@ -37,20 +37,20 @@ def _has_kernels(file: Path) -> bool:
     return b"kernels import" in source or b"import numba" in source
 
 
-# With NUMBA_BOUNDSCHECK=1 kernels compare every index with its array, and raise IndexError: for hunting faults, at 0.6 of the speed.
+# With NUMBA_BOUNDSCHECK=1 kernels check every index and raise IndexError. This finds faults; rendering has 0.6 of the speed.
 CHECKED = bool(getattr(numba.core.config, "BOUNDSCHECK"))  # noqa: B009  # unknown to the type checker
 _FOLDER = cache.folder("kernels", source_key(Path(__file__).parents[1]) + ("-checked" if CHECKED else ""))
 if _FOLDER:
     kept.sweep(_FOLDER)
 
-# LLVM inlines functions up to a limit of length. Here short functions call each other in long chains: with its own limit of 225, a
-# fifth of the rendering is calling. Checked kernels have a way out at every index: inlined, they did not compile in ten minutes, so
-# they call.
+# LLVM inlines functions that are shorter than a limit. In this program short functions call each other in long chains. With LLVM's
+# default limit, 225, calls take a fifth of the rendering time. Checked kernels are not inlined: each index adds an exit, and with
+# inlining they did not compile within ten minutes.
 llvmlite.binding.set_option("blender_rl_guiding", f"-inline-threshold={0 if CHECKED else 5000}")
 
 
 def _counted_from_the_front(context, builder, kind, index, size):
-    """The index as it is. Numba would turn -1 into the last place before the check."""
+    """The index unchanged. Numba would turn -1 into the last place before the check."""
     return context.cast(builder, index, kind, types.intp if kind.signed else types.uintp)
 
 
@@ -59,7 +59,7 @@ if CHECKED:
 
 
 class _PartLibrary(JITCodeLibrary):
-    """Code that is only linked into kernels, and optimised there: optimising it at each level of calls takes twice the time."""
+    """Code that is only linked into kernels, and is optimised there. Optimising at each level of calls would take twice the time."""
 
     def _optimize_final_module(self) -> None: ...
 
@@ -68,7 +68,7 @@ class _PartLibrary(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """0: there is no machine code."""
+        """0, because there is no machine code."""
         return 0
 
     @property
@@ -77,7 +77,7 @@ class _PartLibrary(JITCodeLibrary):
         return self
 
     def set_env(self, name: str, env: Any) -> None:
-        """Set nothing: the kernel's is set."""
+        """Do nothing: Numba sets the environment of the kernel."""
 
 
 class _PartCompiler(Compiler):
@@ -86,29 +86,29 @@ class _PartCompiler(Compiler):
         return super()._compile_core()
 
 
-# Not full fastmath: it may reorder sums differently in a vectorised loop and in its remainder. A path's value would then depend on its
-# place in the batch. It also assumes that there are no NaNs, and the film looks for them.
-# References are not counted (`_nrt`): kernels make no arrays, and counting would be a call for each array at each call.
+# Not full fastmath, for two reasons. It may order sums in a vectorised loop differently from the remainder of the loop, so a path's value
+# would depend on its place in the batch. And it assumes that there are no NaNs, but the film checks for NaNs.
+# `_nrt` False: references are not counted. Kernels make no arrays, and counting would add a call for each array in each call.
 _options: Any = {"_nrt": False, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "no_cfunc_wrapper": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Decorator of a function that Python calls: compiled with all that it calls, and kept on disk."""
+    """Decorator of a function that Python calls. Numba compiles it with all functions that it calls; `kept` stores it on disk."""
     compiled: Any = numba.njit(**_options)(function)
     if _FOLDER:
         compiled._cache = kept.Kept(_FOLDER, function)
     return compiled
 
 
-# Decorator of a function that only kernels call: compiled into them, without a wrapper or a file of its own.
+# Decorator of a function that only kernels call. It is compiled into the kernels, without a wrapper or a file of its own.
 part = numba.njit(pipeline_class=_PartCompiler, **(_options | {"no_cpython_wrapper": True}))
-# The same for a part that returns a view of an array: without reference counts it has to be inlined into its caller.
+# Like `part`, for a function that returns a view of an array: without reference counts, Numba must inline it into its caller.
 merged = numba.njit(pipeline_class=_PartCompiler, inline="always", **(_options | {"no_cpython_wrapper": True}))
 
 
 @intrinsic
 def _unlikely(typingctx, condition):
-    """The condition, expected to be false: LLVM moves the code for true out of the way of all else."""
+    """The condition, expected to be false: LLVM places the code for true apart from the rest."""
 
     def codegen(context, builder, signature, args):
         bit = ir.IntType(1)
@@ -118,5 +118,5 @@ def _unlikely(typingctx, condition):
     return types.boolean(types.boolean), codegen
 
 
-# Declared, because type checkers take the typing context for an argument of the call.
+# Declared as Any, because type checkers count `typingctx` as an argument of each call.
 unlikely: Any = _unlikely

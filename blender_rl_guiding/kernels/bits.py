@@ -36,15 +36,15 @@ def reversed_bits(x):
 
 @part
 def spread(place):
-    """The first half of the hash that `shuffled` completes; it is the same for every seed."""
+    """The first half of the hash of `place`; `shuffled` is the second half. This half does not depend on the seed."""
     return np.uint32(place ^ place * np.uint32(0x3D20ADEA))
 
 
 @part
 def shuffled(place, seed):
-    """The second half of a hash of `place`, which is already `spread`. Bit k depends on the seed and on bits 0..k alone.
+    """The second half of the hash of `place`, the result of `spread`. Bit k depends only on the seed and on bits 0..k.
 
-    On an index with its bits reversed it is a permutation that keeps each aligned block of 2^k indices together (Laine and Karras 2011).
+    For indices with reversed bits, the hash is a permutation that keeps each aligned block of 2^k indices together (Laine, Karras 2011).
     """
     place = np.uint32((place + seed) * ((seed >> np.uint32(16)) | np.uint32(1)))
     place = np.uint32(place ^ place * np.uint32(0x05526C56))

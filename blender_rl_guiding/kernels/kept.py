@@ -1,6 +1,7 @@
-"""Compiled kernels on disk: each is a file with a checksum. A damaged one is compiled again.
+"""Compiled kernels on disk: one file with a checksum for each. A damaged kernel is compiled again.
 
-Numba's own cache unpickles and runs whatever lies there. Its index loses or mixes up files if two processes write at once.
+Numba's own cache is not used: it unpickles and runs any file in its folder, and its index loses or mixes up files if two processes write
+at the same time.
 """
 
 import hashlib
@@ -28,17 +29,17 @@ from ..errors import atomic
 from ..notices import tell
 
 _CONFIG: Any = config  # unknown to the type checker
-UNUSED = 30  # days without use after which the kernels of another version of the source are removed
+UNUSED = 30  # days without use; then the kernels of another version of the source are removed
 
 
 class Kept(NullCache):
-    """The compiled code of one function in a folder, one file for each signature. Takes the place of a dispatcher's own cache."""
+    """The compiled code of one function in a folder, one file for each signature. Replaces the cache of a Numba dispatcher."""
 
     def __init__(self, folder: Path, function: Callable[..., Any]) -> None:
         self._folder, self._function = folder, function
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled code for these types; None if there is none or, with a notice, if it cannot be read or is damaged."""
+        """The compiled code for these types; None if there is none. Also None, with a notice, if the file is unreadable or damaged."""
         target_context.refresh()
         path = self._path(sig, target_context.codegen())
         try:
@@ -53,10 +54,10 @@ class Kept(NullCache):
             tell(f"the kernel {path} is damaged: it is compiled again")
             return None
         found = CompileResult._rebuild(target_context, *pickle.loads(payload))
-        return found if found.signature.args == normalize_signature(sig)[0] else None  # different types may have one name
+        return found if found.signature.args == normalize_signature(sig)[0] else None  # different types may have the same name
 
     def save_overload(self, sig: Any, cres: Any) -> None:
-        """Keep what was compiled for these types, if it can be written."""
+        """Write the code compiled for these types, if the folder is writable."""
         assert not cres.lifted, self._function
         assert not cres.library.has_dynamic_globals, self._function
         path, payload = self._path(sig, cres.codegen), dumps(cres._reduce())
@@ -64,7 +65,7 @@ class Kept(NullCache):
             part.write_bytes(_digest(path.name, payload) + payload)
 
     def _path(self, sig: Any, codegen: Any) -> Path:
-        """The name is a hash of all that the code depends on, except other files of the program: the folder's name covers these."""
+        """The file. Its name is a hash of all that decides the code, without the program's other files: the folder's name covers these."""
         code, cells = self._function.__code__, [cell.cell_contents for cell in self._function.__closure__ or ()]
         versions = numba_version, llvmlite.__version__, np.__version__, platform.python_version(), _CONFIG.BOUNDSCHECK
         key = f"{sig} {codegen.magic_tuple()} {versions} {code.co_firstlineno} {_hash_of(code.co_filename)}"
@@ -78,16 +79,16 @@ def _hash_of(file: str) -> str:
 
 
 def _digest(name: str, payload: bytes) -> bytes:
-    """SHA-256 of name and payload: a file that took the place of another does not pass."""
+    """SHA-256 of name and payload: a file under the name of another file does not match."""
     return hashlib.sha256(name.encode() + payload).digest()
 
 
 def sweep(folder: Path) -> None:
-    """Mark a folder as used now, and remove the folders beside it that were not used for `UNUSED` days."""
+    """Mark a folder as used now, and remove its neighbours that were not used for `UNUSED` days."""
     try:
         os.utime(folder)
         for other in folder.parent.iterdir():
             if other.stat().st_mtime < time.time() - UNUSED * 86400:
                 shutil.rmtree(other, ignore_errors=True)
     except OSError:
-        return  # not writable, which `cache.folder` tells; or another process removes them, too
+        return  # not writable (`cache.folder` tells this), or another process removes the same folders

@@ -1,6 +1,6 @@
-"""Calls that Numba resolves when it compiles them, by the kind of the first argument: a class of named tuples.
+"""Calls that Numba resolves at compile time, by the kind of the first argument. A kind is a class of named tuples.
 
-The choice costs nothing at run time, and a kernel that is compiled for one kind holds no code of the others.
+The choice costs no run time. A kernel compiled for one kind has no code of the other kinds.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ def constant_by_kind(numbers: dict[type, int], first: Any) -> tuple[Any, Any]:
 
 
 def call_by_kind(typingctx: Any, parts: dict[type, Any], arguments: tuple[Any, ...]) -> tuple[Any, Any]:
-    """Signature and code of an intrinsic that calls `parts[kind]` with its own arguments."""
+    """Signature and code of an intrinsic that calls `parts[kind]` with the intrinsic's arguments."""
     part = typingctx.resolve_value_type(parts[_kind(arguments[0])])
     signature = typingctx.resolve_function_type(part, arguments, {})
 

@@ -1,8 +1,8 @@
 """Passes named tuples to kernels by reference.
 
-Numba passes a tuple as one argument for each number in it, and an array as nine. With a whole scene compiling took three times as long.
-`ref(x)` puts a named tuple into memory and passes its address. Fields are read as before, `r.field`; a field that is a named tuple is
-read by reference, too. Arrays read that way are not reference-counted, so threads do not contend for the counts.
+Numba passes each number of a tuple as one argument, and each array as nine. With a whole scene as a tuple, compiling took three times as
+long. `ref(x)` stores a named tuple in memory and passes its address. Fields are read as before, `r.field`; a field that is a named tuple
+gives a reference again. Arrays read through a reference are not reference-counted, so threads do not contend for the counts.
 """
 
 from typing import Any
@@ -43,7 +43,7 @@ def _ref(typingctx, value):
     return Ref(value)(value), codegen
 
 
-# Declared, because type checkers take the typing context for an argument of the call.
+# Declared as Any, because type checkers count `typingctx` as an argument of each call.
 ref: Any = _ref
 
 
@@ -69,7 +69,7 @@ def _field(context, builder, typ, value, attr):
 
 
 def _borrowed(context, builder, field, place):
-    """The array at an address. Its members are read as constants: else LLVM would read them again after every store to any array."""
+    """The array at an address. Loads of its members are marked invariant; otherwise LLVM repeats them after every store to an array."""
     array = context.make_array(field)(context, builder)
     for index, name in enumerate(array._datamodel._fields):
         if name not in ("meminfo", "parent"):

@@ -98,8 +98,8 @@ def luminance(c):
 def tangents(n):
     """Two unit vectors that make a right-handed frame with the unit normal n (Duff et al. 2017).
 
-    The published frame jumps at n.z = 0, the normal of every vertical wall: rounding would turn it from one triangle of a wall to the
-    next. Here it jumps at n.z = -0.8, which is still 0.2 away from the pole of the division.
+    The published frame jumps at n.z = 0, where all vertical walls are: rounding would turn the frame between two triangles of a wall.
+    This frame jumps at n.z = -0.8, still 0.2 away from the pole of the division.
     """
     sign = F(1) if n[2] > F(-0.8) else F(-1)
     a = F(-1) / (sign + n[2])
@@ -115,7 +115,7 @@ def to_world(tangent, bitangent, n, v):
 
 @part
 def to_local(tangent, bitangent, n, v):
-    """From world space to the local frame."""
+    """(v.tangent, v.bitangent, v.n): from world space to the local frame."""
     return dot(tangent, v), dot(bitangent, v), dot(n, v)
 
 
@@ -124,9 +124,9 @@ def to_local(tangent, bitangent, n, v):
 
 @part
 def circle(turn):
-    """Cosine and sine of an angle in turns, -1 to 1; their error is below 2e-7. Faster than the library's."""
+    """(cos(2 pi turn), sin(2 pi turn)) for turn in [-1, 1]. The error is below 2e-7. Faster than the math library."""
     quarter = np.floor(F(4) * turn + F(0.5))
-    x = (turn - F(0.25) * quarter) * TWO_PI  # within an eighth of a turn, where few terms of the series suffice
+    x = (turn - F(0.25) * quarter) * TWO_PI  # at most an eighth of a turn: few terms of the series are enough
     s = x * x
     sine = x + x * s * (F(-1 / 6) + s * (F(1 / 120) + s * (F(-1 / 5040) + s * F(1 / 362880))))
     cosine = F(1) + s * (F(-1 / 2) + s * (F(1 / 24) + s * (F(-1 / 720) + s * F(1 / 40320))))
@@ -152,13 +152,13 @@ def uniform_triangle(u, v):
 
 @part
 def place(x, count):
-    """floor(x), clamped to 0..count - 1; NaN counts as 0. For indices."""
+    """An index: floor(x), clamped to 0..count - 1; 0 for NaN."""
     return np.int32(min(x, F(count - 1))) if x > F(0) else np.int32(0)
 
 
 @part
 def pick(cdf, row, count, u):
-    """The first of `count` entries whose cumulative probability in `cdf[row]` exceeds u in [0, 1)."""
+    """min {i < count: cdf[row, i] > u}, for u in [0, 1)."""
     low, high = 0, count - 1
     while low < high:
         middle = (low + high) >> 1
@@ -172,20 +172,20 @@ def pick(cdf, row, count, u):
 # --- random streams --------------------------------------------------------------------------------------------------
 
 BLOCK = 1 << LEVELS  # samples of a pixel that are stratified together
-GOLDEN = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)  # 2^64 / golden ratio
 
 
 class Stream(NamedTuple):
     """The key of one path's random numbers."""
 
-    bits: np.uint64  # a hash of seed, pixel and block; a block has BLOCK samples if stratified, one if independent
-    place: np.uint32  # the sample's index in its block, bits reversed and `spread`
+    bits: np.uint64  # hash of seed, pixel and block; a block has BLOCK samples if stratified, one sample if independent
+    place: np.uint32  # the sample's index in its block, with reversed bits, after `spread`
     mask: np.uint32  # all ones if stratified, 0 if independent
 
 
 @part
 def stream(seed, pixel, sample, stratified):
-    """The key of one path's random numbers; different for any other seed, pixel or sample."""
+    """The key of one path's random numbers; another seed, pixel or sample gives another key."""
     key = mix(np.uint64(seed) + GOLDEN) + (np.uint64(pixel) << np.uint64(32))
     if stratified:
         block, index = np.uint64(sample) // np.uint64(BLOCK), np.uint32(sample % BLOCK)
@@ -195,11 +195,11 @@ def stream(seed, pixel, sample, stratified):
 
 @part
 def uniform2(key, dimension):
-    """Two numbers in [0, 1), multiples of 2^-24: a pure function of the stream's key and the dimension.
+    """Two numbers in [0, 1), multiples of 2^-24. They depend only on the stream's key and the dimension.
 
-    Independent: 48 bits of the hash of seed, pixel, sample and dimension. Stratified: a point of `POINTS` xor the hash of seed, pixel,
-    block and dimension, which also permutes the points. Of each aligned 2^k samples of a block, every elementary interval of area 2^-k
-    then holds one.
+    Independent: 48 bits of the hash of seed, pixel, sample and dimension. Stratified: a point of `POINTS`, xor the hash of seed, pixel,
+    block and dimension; the hash also permutes the points. In each aligned group of 2^k samples of a block, every elementary interval
+    of area 2^-k then has one sample.
     """
     half = half_mix(key.bits + np.uint64(dimension + 1) * GOLDEN)
     place = shuffled(key.place, np.uint32(half >> np.uint64(32))) & key.mask
@@ -209,5 +209,5 @@ def uniform2(key, dimension):
 
 @part
 def finer(u, v):
-    """u + 2^-24 v, one number in [0, 1) of 48 bits, float64: enough to pick one of a million emitters. Monotone in u."""
+    """u + 2^-24 v, float64: one number in [0, 1) with 48 bits, enough to pick one of a million emitters. It is monotone in u."""
     return np.float64(u) + np.float64(v) * 2.0**-24

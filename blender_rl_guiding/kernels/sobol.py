@@ -1,30 +1,33 @@
-"""The points behind stratified numbers: a block of Sobol's first two dimensions with Owen's scrambling (1995).
+"""The table of points for stratified numbers: Sobol's first two dimensions with Owen's scrambling (1995).
 
-They are a (0, 2)-sequence in base 2: of each aligned 2^k points, every elementary interval of area 2^-k holds one. Xor with a constant
-keeps that property, and so does a permutation that keeps aligned blocks together (`bits.shuffled`). So one table serves every pixel and
-dimension (after Burley 2020).
+The points are a (0, 2)-sequence in base 2: in each aligned group of 2^k points, every elementary interval of area 2^-k has one point. Xor
+with a constant keeps this property. A permutation that keeps aligned blocks together (`bits.shuffled`) keeps it, too. So all pixels and
+dimensions use the same table (after Burley 2020).
 """
 
 import numpy as np
 
 from .bits import half_mix, mix_rest
 
-LEVELS = 10  # a block has 2^LEVELS points of 8 bytes, which stay in the processor's first cache
-_SEED = 24  # the best of 150: dimensions correlate no more than by random orders, and integrals over the plane have the smallest errors
+LEVELS = 10  # a block has 2^LEVELS points of 8 bytes: it fits the processor's L1 cache
+_SEED = 24  # best of 150: smallest errors of integrals over the plane; dimensions correlate no more than in random orders
 
 
 def _sobol(levels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Both coordinates of 2^levels points as 32-bit fractions, (n,) uint64 each, sorted by the first: sample i is at i's bits reversed."""
+    """Both coordinates of 2^levels points as 32-bit fractions, (n,) uint64 each, sorted by the first coordinate.
+
+    Sample i is at the place that has i's bits in reversed order.
+    """
     first = np.arange(1 << levels, dtype=np.uint64) << np.uint64(32 - levels)
     second = first
-    # The second dimension multiplies by Pascal's triangle modulo 2 (row b: the binomial coefficients of b), here in five steps.
+    # Second dimension: multiply by Pascal's triangle modulo 2 (row b: the binomial coefficients of b), in five steps.
     for shift, kept in ((16, 0x0000FFFF), (8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555)):
         second = second ^ ((second & np.uint64(kept)) << np.uint64(shift))
     return first, second
 
 
 def _owen(x: np.ndarray, seed: int) -> np.ndarray:
-    """32-bit fractions, each bit flipped by a hash of all bits above it."""
+    """Owen's scrambling of 32-bit fractions: a hash of all higher bits flips each bit."""
     flips = np.zeros_like(x)
     for bit in range(32):
         above = x >> np.uint64(32 - bit)
@@ -37,7 +40,7 @@ def _hash(z: np.ndarray) -> np.ndarray:
 
 
 def _points() -> np.ndarray:
-    """(2^LEVELS,) uint64, one point each, the first coordinate in the upper 32 bits. Point 0 is 0: xor with it changes nothing."""
+    """(2^LEVELS,) uint64: each number is a point, with the first coordinate in the upper 32 bits. Point 0 is 0, the identity of xor."""
     x, y = (_owen(coordinate, _SEED + k) for k, coordinate in enumerate(_sobol(LEVELS)))
     both = (x << np.uint64(32)) | y
     return both ^ both[0]

@@ -1,1 +1,1 @@
-"""Lights: emitting triangles, lamps and the world. One is chosen in proportion to its power, then a direction towards it."""
+"""Lights: emitting triangles, lamps and the world. Light sampling picks one light in proportion to its power, then a direction to it."""

@@ -25,7 +25,7 @@ def alias_table(weights: np.ndarray) -> Alias:
 
 @kernel
 def fill(threshold, other, low, high):
-    """Fill each column below 1 with the excess of a column above 1; `threshold` and `other` change in place.
+    """Fill each column below 1 with the excess of a column above 1. Writes to `threshold` and `other`.
 
     threshold: (n,) float64, n times the probabilities; other: (n,) int32, other[i] = i; low, high: (n,) int32, scratch memory.
     """
@@ -47,7 +47,7 @@ def fill(threshold, other, low, high):
             highs -= 1
             low[lows] = rich
             lows += 1
-    for i in range(lows):  # rounding alone leaves any
+    for i in range(lows):  # these differ from 1 only by rounding
         threshold[low[i]] = 1.0
     for i in range(highs):
         threshold[high[i]] = 1.0
@@ -55,9 +55,9 @@ def fill(threshold, other, low, high):
 
 @part
 def draw(alias, u, v):
-    """Draw an entry with its probability, by u and v uniform in [0, 1). Returns the entry, and v rescaled to be uniform again.
+    """Draw entry i with its probability; u and v are uniform in [0, 1). Returns (i, v rescaled to be uniform again).
 
-    The position of u within its column could not replace v: with a million columns only 4 of its 24 bits are left.
+    u alone is not enough: with a million columns, its position within a column has only 4 of its 24 bits.
     """
     n = alias.threshold.shape[0]
     i = min(np.int32(u * F(n)), np.int32(n - 1))

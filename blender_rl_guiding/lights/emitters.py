@@ -23,14 +23,14 @@ from .tree import LampTree, lamp_tree
 from .world import WorldMap, no_world, sample_world, world_map, world_pdf, world_radiance
 
 _SCATTERED = "IS_DIFFUSE_RAY", "IS_GLOSSY_RAY", "IS_TRANSMISSION_RAY"
-PROBES = 4096  # points from which the mean of a varying emission is estimated
+PROBES = 4096  # points that estimate the mean of a varying emission
 
 
 class Lights(NamedTuple):
     """Emitter i is a triangle if i < T, then a lamp if i < T + K, then the world."""
 
     pick: Inverse
-    probability: np.ndarray  # (n,) float32, of picking each emitter
+    probability: np.ndarray  # (n,) float32, probability of picking each emitter
     triangle: np.ndarray  # (T,) int32, index in the scene
     faces: np.ndarray  # (T, 4, 3) float32, see `triangle_faces`
     pdf_area: np.ndarray  # (S,) float32, density per area of picking a point on a surface with shader s; 0 if s does not emit
@@ -39,11 +39,11 @@ class Lights(NamedTuple):
     lamps: np.ndarray  # (K, COLUMNS) float32
     tree: LampTree  # of the lamps that rays can hit
     world: WorldMap
-    world_probability: np.float32  # of picking the world; 0 if it is uniform: then scattered rays find it better
+    world_probability: np.float32  # probability of picking the world; 0 if it is uniform, because scattered rays sample that better
 
 
 def lights(scene: SceneData, shading: Shading, surface) -> Lights:
-    """The scene's lights, for kernels. InputError names a light of infinite power: no share of it can be computed."""
+    """The scene's lights, for kernels. InputError names a light of infinite power: it has no probability."""
     low, high = scene.bounds
     radius = float(np.linalg.norm(high - low)) / 2
     triangle, area = _emitting(scene)
@@ -82,7 +82,7 @@ def lights(scene: SceneData, shading: Shading, surface) -> Lights:
 
 
 def _halves(local: np.ndarray, distant: np.ndarray) -> np.ndarray:
-    """Probabilities, (n,): half for near lights, half for distant ones (suns, world), whose powers cannot be compared."""
+    """Probabilities, (n,). Near lights and distant lights (suns, world) have half each, because their powers are not comparable."""
     groups = [group / group.sum() for group in (local, distant) if group.sum() > 0]
     return np.sum(groups, axis=0) / len(groups) if groups else np.zeros(len(local))
 
@@ -95,7 +95,7 @@ def _named(scene: SceneData, triangle: np.ndarray, emitter: int) -> str:
 
 
 def _emitting(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles whose emission may be sampled, and their areas."""
+    """The triangles that light sampling may pick, (T,) int32, and their areas, (T,) m^2."""
     shines = np.array([any(map(emits, shader.closures)) and not _chooses_rays(shader) for shader in scene.shaders], bool)
     triangle = np.flatnonzero(shines[scene.material]).astype(np.int32)
     corners = scene.vertices[scene.triangles[triangle]]
@@ -104,12 +104,12 @@ def _emitting(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _chooses_rays(shader: Shader) -> bool:
-    """Whether emission depends on the kind of a scattered ray. Light sampling has no such ray: only scattered rays find this light."""
+    """Whether emission depends on the kind of the scattered ray. Light sampling has no scattered ray, so it leaves this light out."""
     return any(step.op == "light_path" and step.mode in _SCATTERED for step in shader.code)
 
 
 def _lit(triangle: np.ndarray, area: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Those of the triangles, with their areas, that emit."""
+    """The triangles of positive weight, and their areas."""
     lit = weight > 0
     return triangle[lit], area[lit]
 
@@ -121,7 +121,7 @@ def _is_constant(shading: Shading, shader: int) -> bool:
 
 
 def _emits_evenly(shading: Shading, row: np.ndarray) -> bool:
-    """Whether a closure's emission has only constants as operands (>= 0), and neither coat nor sheen above it."""
+    """Whether all operands of a closure's emission are constants (>= 0), and no coat or sheen lies above it."""
     kind = KINDS[row[0]]
     inputs = dict(zip(CLOSURES[kind], row[2:], strict=False))
     if kind == "emission":
@@ -135,7 +135,7 @@ def _emits_evenly(shading: Shading, row: np.ndarray) -> bool:
 
 
 def _mean_radiance(scene, shading, surface, triangle, area, constant) -> np.ndarray:
-    """(S, 3) float32: emission of each shader, averaged over its triangles where it varies."""
+    """(S, 3) float32: emission of each shader, RGB. An emission that varies is averaged over the shader's triangles."""
     registers = np.zeros((REGISTERS, 3), np.float32)
     radiance = np.zeros((len(scene.shaders), 3), np.float32)
     for shader in np.unique(scene.material[triangle]):
@@ -149,7 +149,7 @@ def _mean_radiance(scene, shading, surface, triangle, area, constant) -> np.ndar
 
 @kernel
 def probe(shading, surface, registers, triangles, faces):
-    """Mean emission, RGB, at one random point of each of `triangles`, (n,), seen along its normal; `faces`: see `triangle_faces`."""
+    """Mean emission along the normal, RGB, over one random point on each of `triangles`, (n,). faces: see `triangle_faces`."""
     shading, surface = ref(shading), ref(surface)
     r, g, b = F(0), F(0), F(0)
     for i in range(triangles.shape[0]):
@@ -161,7 +161,7 @@ def probe(shading, surface, registers, triangles, faces):
 
 
 def _world(scene: SceneData, shading: Shading) -> tuple[WorldMap, float]:
-    """The map of the world and its light; an empty map and 0 if the world is uniform or dark."""
+    """The map of the world, and the integral of its luminance. An empty map and 0 if the world is uniform or dark."""
     if any(map(emits, scene.world.closures)) and not _is_constant(shading, len(scene.shaders)):
         return world_map(*without_suns(scene.world, shading))
     return no_world(), 0.0
@@ -202,13 +202,13 @@ def triangle_radiance(shading, surface, registers, triangle, x, face_normal, wo,
 
 @part
 def sample_light(lights, shading, surface, registers, x, depth, choice, u, v):
-    """Pick a light by `choice`, float64, and a direction from x towards it by u and v, all uniform in [0, 1).
+    """Pick a light by `choice`, float64, then a direction from x to the light by u and v; all three are uniform in [0, 1).
 
     Returns (wi, reach, radiance, pdf, emitter):
-        reach: length of the shadow ray; it ends before the light by a bound on rounding
+        reach: length of the shadow ray; the ray ends before the light by a bound on rounding
         radiance: RGB, from the light towards x
-        pdf: per solid angle, times the probability of the choice. It is 0 if no ray could hit the light: `radiance` is then the
-            irradiance on a surface that faces it, divided by the probability of the choice.
+        pdf: density per solid angle times P(emitter); 0 if no ray can hit the light. Then `radiance` is the irradiance on a surface
+            that faces the light, divided by P(emitter).
     """
     emitter, rest = draw(lights.pick, choice)
     chance = lights.probability[emitter]

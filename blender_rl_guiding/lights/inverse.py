@@ -1,4 +1,7 @@
-"""Draws from a discrete distribution by inverting its cumulative probabilities. It is monotone: stratified numbers stay stratified."""
+"""Draws from a discrete distribution by inverting its cumulative probabilities.
+
+The inverse is monotone, so stratified numbers stay stratified.
+"""
 
 from typing import NamedTuple
 
@@ -8,14 +11,14 @@ from ..kernels import part
 
 
 class Inverse(NamedTuple):
-    """n entries. A search begins at an entry of `first`, so that its mean length does not depend on n (Chen and Asau 1974)."""
+    """n entries. For u a search begins at first[floor(u n)], so its mean length does not depend on n (Chen and Asau 1974)."""
 
     cdf: np.ndarray  # (n,) float64, cumulative probabilities; the last is 1
-    first: np.ndarray  # (n,) int32, the first entry whose cumulative probability exceeds k / n
+    first: np.ndarray  # (n,) int32, first[k] = min {i: cdf[i] > k / n}
 
 
 def inverse_table(weights: np.ndarray) -> Inverse:
-    """The table for `weights`, (n,) float64, finite, none negative, not all zero. Its last entry is 1, so every `draw` ends."""
+    """The table for `weights`, (n,) float64, finite, none negative, not all zero. cdf[n - 1] = 1, so every `draw` ends."""
     cdf = weights.cumsum()
     cdf /= cdf[-1]
     return Inverse(cdf, np.searchsorted(cdf, np.arange(len(cdf)) / len(cdf), side="right").astype(np.int32))
@@ -23,7 +26,7 @@ def inverse_table(weights: np.ndarray) -> Inverse:
 
 @part
 def draw(table, u):
-    """The first entry i with cdf[i] > u, for u in [0, 1), float64; and the position of u within the share of i, in [0, 1)."""
+    """(i, (u - cdf[i-1]) / (cdf[i] - cdf[i-1])) with the first i where cdf[i] > u, for u in [0, 1), float64."""
     n = table.cdf.shape[0]
     i = np.int64(table.first[np.int64(u * n)])
     while table.cdf[i] <= u:

@@ -1,4 +1,4 @@
-"""Lamps with shaders: emission of the lamp (`lamps`) times emission of its shader, at the point that is sampled or hit."""
+"""Lamps with shaders: emission of the lamp (`lamps`) times emission of its shader, at the sampled or hit point."""
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from ..shading.evaluate import run
 from ..shading.operands import KINDS, REGISTERS, Shading, make_point
 from .lamps import AREA, AXIS_Z, EMISSION, KIND, POSITION, RADIUS, SHADER, SOFT, SUN, lamp_table, sample, three
 
-PROBES = 512  # points from which the mean of a varying shader is estimated
-_LEAST = 0.01  # added to that mean: the probes may miss where the shader is bright
-_FARTHEST = F(3.4028235e38)  # the length of rays to suns, as in Cycles
+PROBES = 512  # points that estimate the mean of a varying shader
+_LEAST = 0.01  # added to that mean: the points may miss the bright parts of the shader
+_FARTHEST = F(3.4028235e38)  # length of rays to suns, as in Cycles
 _ONE, _DARK = (F(1), F(1), F(1)), (F(0), F(0), F(0))
 _EMISSION = KINDS.index("emission")
 
@@ -21,7 +21,7 @@ _EMISSION = KINDS.index("emission")
 def shaded_lamps(scene: SceneData, shading: Shading, constant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The `lamp_table` with positions from the scene's origin, and the mean emission of each lamp, (K, 3) float64.
 
-    `constant`, (S,) bool, marks shaders that emit the same everywhere: their emission is multiplied into the table.
+    constant: (S,) bool, whether a shader emits the same everywhere; the table then includes its emission.
     """
     lamps = lamp_table(scene.lamps)
     lamps[:, POSITION:EMISSION] -= scene.origin
@@ -40,7 +40,7 @@ def shaded_lamps(scene: SceneData, shading: Shading, constant: np.ndarray) -> tu
 
 
 def _constant_emission(shading: Shading, shader: int) -> np.ndarray | None:
-    """(3,) the sum of a shader's emission closures, 0 if it is not finite; None if there are other closures."""
+    """The sum of a shader's emission closures, (3,); 0 if the sum is not finite; None if the shader has other closures."""
     first, end = shading.shaders[shader, 2:]
     rows = shading.closures[first:end]
     if (rows[:, 0] != _EMISSION).any():
@@ -51,9 +51,10 @@ def _constant_emission(shading: Shading, shader: int) -> np.ndarray | None:
 
 @part
 def lamp_light(lamps, shading, registers, k, x, wi, distance, light, depth):
-    """Light of lamp k at x, RGB: `light`, which it would be without a shader, times the shader's emission at x + distance wi.
+    """Light of lamp k at x, RGB: `light` times the shader's emission at x + distance wi.
 
-    `depth` counts the scattering event at x, too. As in Cycles, shaders of lamps do not know the kind of ray.
+    light: RGB, of the lamp without its shader. depth: scattering events, with the one at x. As in Cycles, a lamp's shader does not know
+    the kind of ray.
     """
     shader = np.int64(lamps[k, SHADER])
     if shader < 0:
@@ -72,7 +73,7 @@ def lamp_light(lamps, shading, registers, k, x, wi, distance, light, depth):
 
 @part
 def _normal(lamps, k, y, wo):
-    """Unit normal of lamp k at y. It is wo if the lamp has no surface (sun, point) or turns it towards each lit point (soft)."""
+    """Unit normal of lamp k at y. It is wo if the lamp has no surface (sun, radius 0), or its disc faces each lit point (soft)."""
     kind, r = lamps[k, KIND], lamps[k, RADIUS]
     if kind == F(AREA):
         return scale(three(lamps, k, AXIS_Z), F(-1))
@@ -83,7 +84,7 @@ def _normal(lamps, k, y, wo):
 
 @kernel
 def probe_lamps(lamps, shading, registers, low, high, factors):
-    """Write the mean factor of each lamp's shader to `factors`, (K, 3), over random points x in the box from `low` to `high`."""
+    """Write to `factors`, (K, 3), the mean emission of each lamp's shader, as seen from random points x in the box low .. high."""
     shading = ref(shading)
     for k in range(lamps.shape[0]):
         if lamps[k, SHADER] < F(0):

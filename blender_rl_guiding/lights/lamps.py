@@ -1,7 +1,7 @@
-"""Lamps: points, spots, suns and areas. Each can be sampled from a point, and hit by a ray if it has a size.
+"""Lamps: points, spots, suns and areas. Light sampling can sample all of them; rays can hit a lamp with a size.
 
-A sample is (wi, distance, radiance, pdf). The pdf is per solid angle. It is 0 if no ray could hit the lamp: `radiance` is then the
-irradiance on a surface that faces it.
+A sample is (wi, distance, radiance, pdf), with the pdf per solid angle. If no ray can hit the lamp, pdf = 0, and `radiance` is the
+irradiance on a surface that faces the lamp.
 """
 
 import math
@@ -47,7 +47,7 @@ def lamp_table(lamps: tuple[Lamp, ...]) -> np.ndarray:
 
 
 def power(lamp: Lamp, emission: np.ndarray, scene_radius: float) -> float:
-    """The approximate power that a lamp of `emission`, (3,), sends into the scene, as luminance; only ratios matter."""
+    """The approximate power that a lamp of `emission`, (3,), sends into the scene, as luminance. Only ratios of powers are used."""
     luminance = float(np.dot(emission, LUMINANCE))
     if lamp.kind == "area":
         return luminance * math.pi * lamp.width * lamp.height * (math.pi / 4 if lamp.ellipse else 1)
@@ -63,7 +63,7 @@ def _cone(lamp: Lamp) -> tuple[float, float]:
 
 
 def _spread(lamp: Lamp) -> tuple[float, float]:
-    """Tangent of half the spread, NOWHERE if there is no limit, and the factor that preserves the power."""
+    """(tan(spread / 2), or NOWHERE for a spread of pi; the factor on the radiance that preserves the power)."""
     half = lamp.spread / 2
     if half > math.pi / 2 - 1e-3:
         return float(NOWHERE), 1.0
@@ -79,7 +79,7 @@ def three(lamps, k, column):
 
 @part
 def sample(lamps, k, x, u, v):
-    """A direction from x towards lamp k, by u and v in [0, 1): (wi, distance, radiance, pdf), see the top of this file."""
+    """A sample (wi, distance, radiance, pdf) of lamp k from x, by u and v in [0, 1); see the top of this file."""
     kind = lamps[k, KIND]
     if kind == F(SUN):
         return _sample_sun(lamps, k, u, v)
@@ -90,7 +90,7 @@ def sample(lamps, k, x, u, v):
 
 @part
 def hit(lamps, k, origin, wi):
-    """The hit of a ray on lamp k: distance (NOWHERE if it misses), radiance, and the pdf with which `sample` draws wi."""
+    """The hit of a ray on lamp k: (distance, or NOWHERE for a miss; radiance; pdf of wi in `sample`)."""
     kind = lamps[k, KIND]
     if kind == F(SUN):
         return _hit_sun(lamps, k, wi)
@@ -104,7 +104,7 @@ def hit(lamps, k, origin, wi):
 
 @part
 def _ball_radiance(lamps, k, wi):
-    """Radiance of a point or spot; its intensity if its radius is 0."""
+    """Radiance of a point or spot, RGB; the radiant intensity if the radius is 0."""
     emission = three(lamps, k, EMISSION)
     r = lamps[k, RADIUS]
     if r > F(0):
@@ -132,7 +132,7 @@ def _sample_ball(lamps, k, x, u, v):
         far = math.sqrt(dot(y, y))
         wi = scale(y, F(1) / far)
         return wi, far, _ball_radiance(lamps, k, wi), far * far * INV_PI / (r * r * dot(axis, wi))
-    if distance <= r:  # x is inside the ball, which fills all directions
+    if distance <= r:  # x is inside the ball: every direction hits it
         z, (a, b) = F(1) - F(2) * u, circle(v)
         rho = math.sqrt(max(F(0), F(1) - z * z))
         wi = (rho * a, rho * b, z)
@@ -144,24 +144,24 @@ def _sample_ball(lamps, k, x, u, v):
 
 @part
 def in_cone(axis, opening, u, v):
-    """A direction uniform in the cone around `axis`, whose solid angle is 2 pi opening; `opening` is 1 - cos of the half angle."""
+    """A direction uniform in the cone around `axis` of half angle a. opening: 1 - cos a; the solid angle is 2 pi opening."""
     t, b = tangents(axis)
     x, y = circle(v)
     versine = u * opening
-    sine = math.sqrt(versine * (F(2) - versine))  # not from the cosine, which has few bits near 1
+    sine = math.sqrt(versine * (F(2) - versine))  # not from the cosine: near 1 it has few correct bits
     return to_world(t, b, axis, (sine * x, sine * y, F(1) - versine))
 
 
 @part
 def _opening(r, distance):
-    """1 - cos a with sin a = r / distance, the half angle that a ball covers; accurate for small balls, too."""
+    """1 - cos a for the half angle a that a ball covers, sin a = r / distance. Accurate for small balls, too."""
     squared = min(r * r / (distance * distance), F(1))
     return squared / (F(1) + math.sqrt(F(1) - squared))
 
 
 @part
 def _ball_distance(to_centre, r, wi):
-    """Distance at which a ray first crosses the ball's surface; that of its closest approach if rounding makes it miss."""
+    """Distance at which a ray first crosses the ball's surface. If rounding makes the ray miss: distance of the closest approach."""
     along = dot(to_centre, wi)
     aside = subtract(to_centre, scale(wi, along))
     half = math.sqrt(max(F(0), r * r - dot(aside, aside)))
@@ -188,7 +188,7 @@ def _hit_disc(lamps, k, origin, wi):
     along = dot(to_centre, wi)
     if along <= F(0) or squared == F(0):
         return NOWHERE, DARK, F(0)
-    distance = squared / along  # to the plane through the centre, perpendicular to `to_centre`
+    distance = squared / along  # to the plane of the disc: through the centre, perpendicular to `to_centre`
     aside = subtract(to_centre, scale(wi, distance))
     if dot(aside, aside) > r * r:
         return NOWHERE, DARK, F(0)
@@ -211,7 +211,7 @@ def _sample_sun(lamps, k, u, v):
 
 @part
 def _sun_radiance(lamps, k):
-    """L = E / (pi sin^2 radius): E is the irradiance on a surface that faces the middle of the disc."""
+    """L = E / (pi sin^2 radius), with E the irradiance on a surface that faces the middle of the sun."""
     sine = math.sin(lamps[k, RADIUS])
     return scale(three(lamps, k, EMISSION), INV_PI / (sine * sine))
 
@@ -237,7 +237,7 @@ def _area(lamps, k):
 
 @part
 def _area_radiance(lamps, k, cosine):
-    """Radiance at an angle a from the axis; with a spread it falls as max(0, tan(spread / 2) - tan a), as behind a softbox's grid."""
+    """Radiance at an angle a from the axis. A spread below pi scales it by max(0, tan(spread / 2) - tan a), as a softbox's grid does."""
     emission = three(lamps, k, EMISSION)
     if lamps[k, SPREAD] == NOWHERE:
         return emission
@@ -266,7 +266,7 @@ def _sample_area(lamps, k, x, u, v):
 
 @part
 def _sample_beam(lamps, k, x):
-    """A sample of a lamp with spread 0: all its light goes along the axis, as a sun's does."""
+    """A sample of a lamp with spread 0: all its light is parallel to the axis, like that of a sun of radius 0."""
     axis = three(lamps, k, AXIS_Z)
     distance = _area_distance(lamps, k, x, axis)
     light = scale(three(lamps, k, EMISSION), PI) if distance < NOWHERE else DARK
@@ -275,7 +275,7 @@ def _sample_beam(lamps, k, x):
 
 @part
 def _area_distance(lamps, k, origin, wi):
-    """Distance at which a ray meets the front of the lamp; NOWHERE if it misses."""
+    """Distance at which a ray meets the front of the lamp; NOWHERE if the ray misses."""
     cosine = dot(three(lamps, k, AXIS_Z), wi)
     to_centre = subtract(three(lamps, k, POSITION), origin)
     along = dot(to_centre, three(lamps, k, AXIS_Z))

@@ -1,4 +1,4 @@
-"""Discs of suns in the world's shader: where rays see them, how bright they are, and the world without them."""
+"""Discs of suns in the world's shader: their directions, their brightness, and the world without them."""
 
 import math
 from dataclasses import replace
@@ -11,15 +11,15 @@ from ..shading.operands import Shading
 from ..shading.program import compile_alone
 from .world import Sun, radiance
 
-_OFF = 1e-4  # error that a matrix may have and still count as orthogonal
-_WIDER, _MORE = 1.001, 2e-6  # factor and radians that widen a cone: rounding then leaves nothing bright outside
-_PROBES = 64  # directions in a disc over which its brightness is averaged
+_OFF = 1e-4  # largest error of a matrix that counts as orthogonal
+_WIDER, _MORE = 1.001, 2e-6  # factor and radians that widen a cone, so that rounding leaves no bright direction outside
+_PROBES = 64  # directions that average the brightness of a disc
 
 
 def without_suns(world: Shader, shading: Shading) -> tuple[Shading, list[Sun]]:
-    """The world without its suns, as the last shader, and these suns.
+    """(shaders whose last one is the world without its suns; these suns).
 
-    Only discs that are cones of directions are taken out. A disc stays if its coordinates are more than rotated or mirrored.
+    Only discs that are cones of directions are removed. A disc stays if its coordinates are changed by more than rotation and mirroring.
     """
     if all(step.op != "sun_disc" for step in world.code):
         return shading, []
@@ -34,7 +34,7 @@ def without_suns(world: Shader, shading: Shading) -> tuple[Shading, list[Sun]]:
 
 
 def _cone(world: Shader, k: int, shading: Shading) -> tuple[np.ndarray, float] | None:
-    """Axis, (3,) unit, and half angle, radians, of the disc that step k draws; None if it is not a cone of directions."""
+    """Axis, (3,) unit, and half angle, radians, of the disc in step k; None if the disc is not a cone of directions."""
     direction, _, elevation, size, _ = world.code[k].inputs
     if not (isinstance(direction, Node) and isinstance(elevation, float) and isinstance(size, float)):
         return None
@@ -46,9 +46,9 @@ def _cone(world: Shader, k: int, shading: Shading) -> tuple[np.ndarray, float] |
 
 
 def _turned(world: Shader, value: Node, shading: Shading) -> np.ndarray | None:
-    """The orthogonal 3 x 3 matrix M with `value` = M direction for every direction of a ray; None if there is none."""
+    """The orthogonal 3 x 3 matrix M with `value` = M direction for all directions of rays; None if there is no such M."""
     probes = np.concatenate([np.eye(3), around(np.array((0.0, 0.0, 1.0)), math.pi, _PROBES)])
-    as_color = Instruction("vector_math", (value, 0.5, 0.5, 0.0), "MULTIPLY_ADD")  # to 0..1: no colour is negative
+    as_color = Instruction("vector_math", (value, 0.5, 0.5, 0.0), "MULTIPLY_ADD")  # to 0..1, because colours are not negative
     shader = Shader("", (*world.code, as_color), (Closure("emission", 1.0, {"color": Node(len(world.code))}),))
     values = 2 * radiance(compile_alone(shader, shading), probes) - 1
     matrix = values[:3].T

@@ -1,4 +1,4 @@
-"""A tree of boxes around lamps: a ray is tested against the few lamps on its way, not against thousands."""
+"""A tree of boxes around lamps: a ray is tested against the few lamps whose boxes it crosses, not against thousands."""
 
 from typing import NamedTuple
 
@@ -9,20 +9,20 @@ from ..kernels.sampling import F
 from .lamps import AREA, AXIS_X, AXIS_Y, HEIGHT, HITTABLE, KIND, POSITION, RADIUS, SUN, WIDTH
 
 _EVERYWHERE = 1e30
-_LEAST = F(1e-20)  # in place of smaller components of a direction: a ray along an axis would divide by zero
+_LEAST = F(1e-20)  # replaces smaller components of a direction: a ray along an axis would divide by zero
 
 
 class LampTree(NamedTuple):
-    """N boxes, each followed by those inside it. A ray that misses box i goes on at box skip[i]."""
+    """N boxes. The boxes inside box i follow it, up to skip[i] - 1. The next test after a miss of box i is box skip[i]."""
 
     low: np.ndarray  # (N, 3) float32
     high: np.ndarray  # (N, 3) float32
     skip: np.ndarray  # (N,) int32
-    lamp: np.ndarray  # (N,) int32, the lamp in a leaf; -1 for boxes that hold others
+    lamp: np.ndarray  # (N,) int32, the lamp in a leaf; -1 for boxes that contain boxes
 
 
 def lamp_tree(lamps: np.ndarray) -> LampTree:
-    """The tree of those lamps in a `lamp_table` that rays can hit."""
+    """The tree of the lamps that rays can hit. lamps: a `lamp_table`, (K, COLUMNS)."""
     hittable = np.flatnonzero(lamps[:, HITTABLE])
     low, high = _bounds(lamps[hittable])
     boxes: list[tuple[np.ndarray, np.ndarray]] = []
@@ -48,7 +48,7 @@ def lamp_tree(lamps: np.ndarray) -> LampTree:
 
 
 def _bounds(lamps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 3) lowest and highest corner of each lamp's box, with room for rounding; suns are everywhere."""
+    """(N, 3) lowest and highest corner of each lamp's box, enlarged for rounding. A sun's box contains every ray."""
     area = lamps[:, [KIND]] == AREA
     across = np.abs(lamps[:, AXIS_X : AXIS_X + 3]) * lamps[:, [WIDTH]] + np.abs(lamps[:, AXIS_Y : AXIS_Y + 3]) * lamps[:, [HEIGHT]]
     half = np.where(area, across / 2, lamps[:, [RADIUS]])
@@ -61,7 +61,7 @@ def _bounds(lamps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @part
 def inverse(direction):
-    """1 / direction by components, for `crosses`."""
+    """1 / direction, by components; `crosses` reads this."""
     return _over(direction[0]), _over(direction[1]), _over(direction[2])
 
 

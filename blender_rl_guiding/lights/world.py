@@ -1,4 +1,4 @@
-"""The world: its radiance, and a density to draw directions from: a map of its brightness, with suns beside it."""
+"""The world: its radiance, and a density over directions, made of a map of its brightness and of suns."""
 
 import math
 from collections.abc import Sequence
@@ -22,38 +22,38 @@ class Sun(NamedTuple):
     """A bright cone of directions."""
 
     axis: np.ndarray  # (3,) unit vector to its middle
-    half: float  # half its angle, radians
+    half: float  # half angle of the cone, radians
     light: float  # integral of the luminance over its directions
 
 
 class WorldMap(NamedTuple):
-    """A density over directions: cells, by equal steps of polar angle and azimuth, and K suns, uniform within their cones.
+    """A density over directions: a grid of cells, with equal steps of polar angle and azimuth, and K suns.
 
-    A cell or a sun is drawn in proportion to its light.
+    Cells and suns are drawn in proportion to their light. Within a cell or a sun, the density is uniform.
     """
 
     cells: Alias
     pdf: np.ndarray  # (rows, columns) float32, density per solid angle in each cell, times `sunless`
-    sunless: np.float32  # probability of taking no sun
+    sunless: np.float32  # probability of drawing a cell, not a sun
     suns: np.ndarray  # (K, 3) float32, their axes
-    # (K, 4) float32: 1 - cos a and sin^2 a of the half angle a; density per solid angle, times the sun's probability; probability of
-    # this sun or one before it
+    # (K, 4) float32, for a sun of half angle a: 1 - cos a; sin^2 a; density per solid angle times the sun's probability; sum of the
+    # probabilities of suns 0 to this one
     cones: np.ndarray
 
 
 def world_map(shading: Shading, suns: Sequence[Sun] = ()) -> tuple[WorldMap, float]:
     """The map of a world that varies, and the integral of its luminance over all directions, suns included.
 
-    `shading` shows the world without `suns`. The probability of a sun is its share of the integral.
+    shading: shaders whose last one is the world without `suns`. The probability of a sun is its share of the integral, or more.
     """
     edges = np.cos(np.linspace(0, np.pi, ROWS + 1))
     solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / COLUMNS))[:, None]
     power = radiance(shading, _middles()).reshape(ROWS, COLUMNS, 3) @ LUMINANCE * solid_angle
     light = np.array([power.sum(), *(sun.light for sun in suns)])
-    # One per cent is spread evenly: the shader was evaluated in the middle of each cell only.
+    # Add 1 %, uniform over the sphere, because the shader was evaluated only in the middle of each cell.
     power += 0.01 * (power.sum() or 1.0) * solid_angle / (4 * np.pi)
     share = power / power.sum()
-    chance = np.maximum(light, 0.01 * light.sum() or 1.0)  # 1 % at least: light may be underestimated
+    chance = np.maximum(light, 0.01 * light.sum() or 1.0)  # at least 1 %, because the estimate of the light may be too small
     chance /= chance.sum()
     cones = np.array([_cone(sun.half) for sun in suns]).reshape(-1, 2)
     columns = *cones.T, chance[1:] / (2 * np.pi * cones[:, 0]), np.cumsum(chance[1:])
@@ -67,7 +67,7 @@ def world_map(shading: Shading, suns: Sequence[Sun] = ()) -> tuple[WorldMap, flo
 
 
 def no_world() -> WorldMap:
-    """The map of a world that is not sampled."""
+    """The map of a world that light sampling never picks."""
     none = np.zeros((0, 4), np.float32)
     return WorldMap(alias_table(np.ones(1)), np.zeros((1, 1), np.float32), F(1), none[:, :3].copy(), none)
 
@@ -110,7 +110,7 @@ def world_radiance(shading, registers, wi, ray, depth):
 
 @part
 def sample_world(world, choice, u, v):
-    """A direction from the map or a sun, by three numbers uniform in [0, 1)."""
+    """A direction from the map or a sun; choice, u and v are uniform in [0, 1)."""
     suns = world.suns.shape[0]
     if suns > 0 and u >= world.sunless:
         u -= world.sunless

@@ -1,4 +1,4 @@
-"""Warnings before a render: lamps that are left to chance, and memory. Every door calls `forewarn`."""
+"""Warnings before a render: lamps that rays meet only by chance, and too little memory. Each program in `doors` calls `forewarn`."""
 
 from collections.abc import Sequence
 from statistics import fmean
@@ -13,9 +13,9 @@ from .needs import PROGRAM, needs
 
 
 def forewarn(scene: SceneData, methods: Sequence[Render], machine: Machine, at_once: int = 1) -> None:
-    """Tell a line for each lamp that is left to chance, and one if renders, `at_once` at a time, take over half of the free memory.
+    """Tell one line for each lamp that rays meet only by chance, and one line if the renders need over half of the free memory.
 
-    InputError if they surely do not fit into the memory that is available, swap included.
+    at_once: renders that run at the same time. InputError if these surely do not fit into the available memory, swap included.
     """
     for lamp in chance.left_to_chance(scene, all(settings.nee for settings in methods)):
         tell(f"{lamp.object!r}: {lamp.detail}")
@@ -31,7 +31,7 @@ def forewarn_of_memory(scene: SceneData, methods: Sequence[Render], machine: Mac
             raise InputError(f"{scene.name}: {fault}")
     own = PROGRAM + sum(getattr(scene, name).nbytes for name in ARRAYS) + sum(texture.texels.nbytes for texture in scene.textures)
     total = heaviest.total if at_once == 1 else at_once * (heaviest.total + own)
-    # Methods take turns: at some time those under way take their mean, or more.
+    # Methods take turns: at some time the renders that run need at least at_once times the mean.
     if at_once > 1 and at_once * (fmean(method.least for method in found) + MEASURED * own) > most:
         raise InputError(
             f"{scene.name}: {at_once} renders at a time take about {in_words(total)} of memory, but {in_words(most)} are free: "

@@ -1,4 +1,4 @@
-"""Checkpoints: files from which an interrupted render goes on to the same bits."""
+"""Checkpoints: files that let an interrupted render go on to the same bits."""
 
 import hashlib
 import json
@@ -27,10 +27,10 @@ from ..settings import Machine, Render
 from ..typed import MalformedError, Range, parse, read
 from .result import Result
 
-SHARE = 100  # times as long as it took to write one, at least, until the next: it should cost little
-KEPT_DAYS = 30  # in the cache: most are never asked for again
-KEPT = 8  # at most there: each takes up to 1.1 GB
-_DECIDING = "numpy", "numba", "llvmlite", "torch", "embreex"  # packages that bits depend on
+SHARE = 100  # least time to the next checkpoint / time to write the last: checkpoints cost at most 1 % of the time
+KEPT_DAYS = 30  # days in the cache: most checkpoints are never read again
+KEPT = 8  # most checkpoints in the cache: each has up to 1.1 GB
+_DECIDING = "numpy", "numba", "llvmlite", "torch", "embreex"  # packages that decide the bits of an image
 _OTHER = {
     "scene": "of another scene",
     "settings": "of other settings",
@@ -45,8 +45,8 @@ Seconds = Annotated[float, Range(0, 1e8)]
 class _Header:
     """All of a checkpoint that is not an array."""
 
-    about: dict[str, Any]  # the render that it is of, by the names of `_OTHER`
-    digests: dict[str, str]  # of each array
+    about: dict[str, Any]  # what identifies the render, by the names in `_OTHER`
+    digests: dict[str, str]  # `digest` of each array, by its name
     # As in `Result`:
     taken: Annotated[int, Range(1, 1 << 31)]
     seconds: Seconds
@@ -61,22 +61,22 @@ _NUMBERS = "taken", "seconds", "learn_seconds", "steps", "rays", "vertices_per_p
 
 
 class Checkpoint:
-    """Where a render keeps its checkpoint, and when it writes the next one. Saving the run removes it."""
+    """The checkpoint file of a render, and the time of its next write. The file is removed once the run is saved."""
 
     def __init__(self, path: Path, judged_by: str = "", dispensable: bool = False) -> None:
-        """judged_by: the key of the reference by which `on_pass` judges, if it does. dispensable: whether the render begins anew if the
-        file cannot be read now; otherwise that is an InputError.
+        """judged_by: the key of the reference that `on_pass` compares with; empty if there is none. dispensable: whether the render begins
+        anew if the file cannot be read; otherwise `taken_up` raises InputError.
         """
-        self.path, self.samples = path, 0  # samples a pixel that the file holds
+        self.path, self.samples = path, 0  # samples per pixel in the file
         self._judged_by, self._dispensable = judged_by, dispensable
         self._about: dict[str, Any] = {}
         self._every = self._due = float("inf")
         self._failed = False
 
     def taken_up(self, scene: SceneData, settings: Render, machine: Machine, begun: Callable[[], Result]) -> Result | None:
-        """Begin to keep a render's checkpoints; returns the state in the file, or None if it holds none of this very render.
+        """Begin the checkpoints of a render. Returns the state in the file, or None if the file has no state of exactly this render.
 
-        A line tells why a file is of no use. InputError if it cannot be read. `begun` makes the state before the first pass.
+        A line tells why a file is not used. InputError if the file cannot be read. begun: makes the state before the first pass.
         """
         self._about = about(scene, settings) | {"judged_by": self._judged_by}
         self._every = machine.checkpoint or float("inf")
@@ -101,9 +101,9 @@ class Checkpoint:
         return result
 
     def offer(self, result: Result) -> float:
-        """Write the state between two passes, if a checkpoint is due; returns the seconds that this took.
+        """Write the state if a checkpoint is due. Returns the seconds that this took. Called between two passes.
 
-        A failure to write must not end the render: it is told once.
+        A failure to write does not end the render. One line tells the first failure.
         """
         start = time.perf_counter()
         if start < self._due:
@@ -121,7 +121,7 @@ class Checkpoint:
 
     def remove(self) -> None:
         """Remove the file, once the run is saved."""
-        with suppress(OSError):  # then it stays, and harms nobody
+        with suppress(OSError):  # the file then stays, and does no harm
             self.path.unlink(missing_ok=True)
 
 
@@ -131,11 +131,14 @@ def in_folder(folder: Path, suffix: str = "", judged_by: str = "") -> Checkpoint
 
 
 def in_cache(scene: SceneData, settings: Render) -> Checkpoint | None:
-    """The checkpoint of a render that has no folder of its own; None without a cache. Removes those that are too old or too many."""
+    """The checkpoint, in the cache, of a render without a folder of its own; None if there is no cache.
+
+    Removes checkpoints older than KEPT_DAYS from the cache, and all but the newest KEPT.
+    """
     folder = caches.folder("checkpoints")
     if not folder:
         return None
-    with suppress(OSError):  # another process sweeps, too
+    with suppress(OSError):  # another process may remove the same files
         files = sorted((path.stat().st_mtime, path) for path in folder.iterdir())
         for k, (written, path) in enumerate(reversed(files)):
             if k >= KEPT or written < time.time() - KEPT_DAYS * 86400:
@@ -145,7 +148,7 @@ def in_cache(scene: SceneData, settings: Render) -> Checkpoint | None:
 
 
 def about(scene: SceneData, settings: Render) -> dict[str, Any]:
-    """All that the bits of a render depend on."""
+    """Everything that decides the bits of a render."""
     return {"scene": scene.key, "settings": to_dict(settings), "program": program()}
 
 
@@ -162,7 +165,7 @@ def program() -> str:
 
 
 def _write(path: Path, about: dict[str, Any], result: Result) -> None:
-    """Write the file under another name, then rename it. Film and guide hand out their own arrays, so this takes little memory."""
+    """Write the file under another name, then rename it. Film and guide give their arrays without copies, so this takes little memory."""
     arrays = below("film", result.film.state()) | below("guide", result.guide.state()) | {"losses": np.array(result.losses, np.float64)}
     digests = {name: digest(array) for name, array in arrays.items()}
     numbers = {name: getattr(result, name) for name in _NUMBERS}
@@ -184,7 +187,7 @@ def _header(file: Archive) -> _Header:
 
 
 def _restored(header: _Header, file: Archive, result: Result, settings: Render) -> Result:
-    """Bring the beginning of a render to the state in the file. ValueError if no such render can have that state."""
+    """Put the state in the file into `result`, the beginning of a render. ValueError if this render cannot have that state."""
     saved = Saved(file, header.digests)
     result.film.restore(saved.below("film"), settings.spp - 1)
     result.guide.restore(saved.below("guide"))

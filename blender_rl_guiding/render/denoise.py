@@ -5,11 +5,11 @@ import pyoidn
 
 from .film import Film
 
-MEMORY = 1000  # megabytes, about, within which Open Image Denoise works tile by tile; left to itself it takes 500 bytes for each pixel
+MEMORY = 1000  # about so many megabytes for Open Image Denoise, by tiles; without a limit it takes 500 bytes per pixel
 
 
 def denoised(film: Film) -> np.ndarray:
-    """The image without noise, (H, W, 3) float32; needs a film with passes. RuntimeError says what Open Image Denoise fails at."""
+    """The image without noise, (H, W, 3) float32; for a film with passes. RuntimeError tells why Open Image Denoise failed."""
     layers, result = film.layers(), np.empty(film.shape, np.float32)
     albedo, normal = layers["Albedo"].clip(0, 1), np.ascontiguousarray(layers["Normal"])
     del layers

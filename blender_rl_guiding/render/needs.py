@@ -1,6 +1,6 @@
-"""Estimates the memory of a render, part by part, before any of it is taken.
+"""Estimates the memory of a render, part by part, before the render allocates it.
 
-Bytes beyond those of the arrays themselves were measured, by processes whose peak is one part's: tests/system/test_memory.py.
+The bytes of arrays are computed. Other bytes were measured in processes whose peak is that of one part: tests/system/test_memory.py.
 """
 
 import os
@@ -18,18 +18,18 @@ from ..settings import Machine, Render
 from .path_tracer import MOST_LEARNT
 from .stage import wants_passes
 
-PROGRAM = 250e6  # bytes of a process that renders, before it has a scene
+PROGRAM = 250e6  # bytes of a render process before it loads a scene
 
 
 class Needs(NamedTuple):
     """The memory of a render, beyond that of the scene's arrays."""
 
-    total: float  # bytes, about
-    least: float  # bytes
+    total: float  # bytes, the estimate
+    least: float  # bytes, a lower bound
     largest: Part
 
     def said(self, total: float) -> str:
-        """How much is needed, and the largest part of it. total: bytes of all renders that go on at a time."""
+        """The needed memory and its largest part, in words. total: bytes of all renders that run at the same time."""
         return f"rendering takes about {in_words(total)} of memory, {in_words(self.largest.bytes)} of it for the {self.largest.name}"
 
     def lacking(self, free: float) -> str:
@@ -38,7 +38,7 @@ class Needs(NamedTuple):
 
 
 def needs(scene: SceneData, settings: Render, machine: Machine, rough: bool = False) -> Needs:
-    """The sum of all parts. A rough sum is too high, but looks at no surface."""
+    """The sum of all parts. rough: an upper bound, which reads no surface."""
     parts = [
         _image(scene, settings),
         _geometry(scene),
@@ -58,7 +58,7 @@ def require(scene: SceneData, settings: Render, machine: Machine) -> None:
 
 
 def _image(scene: SceneData, settings: Render) -> Part:
-    """The film, and the copies of it that writing makes."""
+    """The film, and its copies when the image is written."""
     pixels, passes = scene.camera.width * scene.camera.height, wants_passes(scene, settings)
     film, writing = (140, 210) if passes else (72, 60)
     if settings.noise:
@@ -78,7 +78,7 @@ def _geometry(scene: SceneData) -> Part:
 
 
 def _geometries(scene: SceneData) -> int:
-    """The number of geometries in Embree: one for each run of triangles, or of instances of a mesh, that the same kinds of rays see."""
+    """The number of geometries in Embree: one per run of triangles of equal visibility, or of instances of equal mesh and visibility."""
     of_instances = scene.instances.astype(np.int64) << 32 | scene.visibility[placed(scene) :]
     return sum(1 for seen in (scene.visibility[scene.object], of_instances) for _ in runs(seen))
 
@@ -96,7 +96,7 @@ def _learning(scene: SceneData, settings: Render, machine: Machine, rough: bool)
     if not guide.learns:
         return []
     bounces = (settings.max_bounces if settings.max_bounces >= 0 else scene.bounces.total) + 1
-    # A path counts half as many vertices as its limit allows.
+    # Assumes that a path has half as many vertices as its limit allows.
     each_pass = min(guide.recorded, scene.camera.width * scene.camera.height * min(bounces, MOST_LEARNT) / 2)
     threads = machine.threads or os.cpu_count() or 1
     room = threads * machine.batch * min(bounces, MOST_LEARNT) * TRANSITION

@@ -1,17 +1,17 @@
-"""Which pixels a render still samples under a noise limit, and how often it will."""
+"""The number of samples that each pixel still needs to reach the noise limit."""
 
 import numpy as np
 
 from ..settings import Render
 from .film import Film
 
-LEAST_SAMPLES = 16  # before the noise of a pixel is believed
+LEAST_SAMPLES = 16  # least samples of a pixel before its noise estimate is used
 
 
 def needed(film: Film, settings: Render, taken: int) -> np.ndarray:
-    """Samples that each pixel still needs, (height, width) int32, after `taken`; 0 where it is sampled no more.
+    """Samples that each pixel still needs after `taken` samples, (height, width) int32; 0 where the pixel is finished.
 
-    The noise falls as 1 / sqrt(n): a pixel needs n ((noise / limit)^2 - 1) more. It is sampled as long as a neighbour is.
+    Noise falls as 1 / sqrt(n), so a pixel with n samples needs n ((noise / limit)^2 - 1) more, and at least as many as each neighbour.
     """
     rest = settings.spp - taken
     if not settings.noise:

@@ -17,29 +17,29 @@ from .stage import RAYS, RECORDABLE, RECORDED, Scratch, build_stage, limits, scr
 
 
 class PassTracer:
-    """Traces samples of pixels on to a film; every thread takes the next few pixels until there are none left.
+    """Adds samples of pixels to a film. Each thread takes the next few pixels until none are left.
 
-    A pixel's samples are added by one thread in their order, so that no bit depends on the number of threads.
+    One thread adds all samples of a pixel in their order, so the bits do not depend on the number of threads.
     """
 
     def __init__(self, scene: SceneData, settings: Render, machine: Machine, learning: bool) -> None:
-        """`learning`: whether any pass will be asked for transitions."""
+        """learning: whether any call of `trace` will want transitions. InputError as in `build_stage`."""
         self._stage, self._geometry = build_stage(scene)
         self._limits = limits(scene, settings, self._stage)
         self._seed, self._batch = settings.seed, machine.batch
         room = machine.batch * min(self._limits.total + 1, MOST_LEARNT) if learning else 1
         self._threads = [scratch(room) for _ in range(machine.threads or os.cpu_count() or 1)]
-        self.vertices_per_path = float(self._limits.total + 1)  # of the last pass; by it the next one chooses what to record
+        self.vertices_per_path = float(self._limits.total + 1)  # of the last pass; `trace` computes the recorded share from it
         self.rays = 0  # cast so far, closest-hit and shadow rays
 
     def trace(self, directions: Directions, film: Film, pixels: np.ndarray, first: int, samples: int, wanted: int) -> Transitions:
         """Add samples first .. first + samples - 1 of `pixels`, (n,) int64, to the film.
 
-        Returns about `wanted` transitions. FloatingPointError where radiance is not finite: that is a fault of
-        the tracer, and no image may hide it.
+        Returns about `wanted` transitions. FloatingPointError if radiance is not finite: this is a fault of the tracer, and an image must
+        not hide it.
         """
         share = F(min(1.0, wanted / (samples * len(pixels) * self.vertices_per_path)))
-        # Each call costs 0.3 ms, in which the other threads wait; but some of them must be left for those that are done early.
+        # Each call costs 0.3 ms in which other threads wait, so calls are large. Yet there are 4 per thread, to balance the load.
         step = max(1, min(self._batch // samples, len(pixels) // (4 * len(self._threads))))
         starts = iter(range(0, len(pixels), step))
         stop = threading.Event()
@@ -63,11 +63,11 @@ class PassTracer:
             try:
                 parts = [future.result() for future in [pool.submit(work, memory) for memory in self._threads]]
             finally:
-                stop.set()  # after an interrupt the threads only finish the few thousand paths under way
+                stop.set()  # after an interrupt each thread ends after the few thousand paths of its call
         self.rays += sum(part[1] for part in parts)
-        self.vertices_per_path = max(1, sum(part[2] for part in parts)) / (samples * len(pixels))  # none where every path misses
+        self.vertices_per_path = max(1, sum(part[2] for part in parts)) / (samples * len(pixels))  # 0 if all paths miss
         recorded = {start: transitions for part in parts for start, transitions in part[0].items()}
         if not recorded:
             return empty_transitions(0)
-        # By pixels, and not by which thread was quicker.
+        # In the order of pixels, whichever thread was faster.
         return Transitions(*map(np.concatenate, zip(*(recorded[start] for start in sorted(recorded)), strict=True)))

@@ -1,6 +1,7 @@
-"""Pairs of random numbers of a path. Every choice has a number of its own, so that each is stratified, and none depends on another."""
+"""The pairs of random numbers of a path, by dimension. Each choice has its own number: all are stratified and independent."""
 
-FILM, LENS = 0, 1  # of the camera
-DIMENSIONS = 8  # that a vertex may use, after as many of the camera
-PATH, EMITTER, LIGHT, DIRECTION, LOBE, PASSAGE = range(6)  # of a vertex:
-# (is it recorded, does roulette end the path), (which emitter), where on it, wi, (which lobe, does it refract), (straight on, the guide's)
+FILM, LENS = 0, 1  # pairs of the camera: point in the pixel's filter, point on the lens
+DIMENSIONS = 8  # pairs per vertex; the camera has the first 8
+PATH, EMITTER, LIGHT, DIRECTION, LOBE, PASSAGE = range(6)  # pairs of a vertex:
+# PATH: (record the vertex?, Russian roulette). EMITTER: both numbers together pick the emitter. LIGHT: point on the emitter.
+# DIRECTION: wi. LOBE: (which lobe?, refract?). PASSAGE: (pass straight on?, the guide's third number for wi).

@@ -1,4 +1,4 @@
-"""The one entry: passes over the image, each learnt from before the next."""
+"""`render`, the entry of the renderer: passes over the image. The guide learns from each pass before the next."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -20,9 +20,9 @@ from .passes import PassTracer
 from .result import Result
 from .stage import wants_passes
 
-PATHS_PER_PASS = 1 << 20  # at most, of a guide that does not learn
-CHECKED_EVERY = 4  # samples between two looks at the clock or the noise, at most
-TOLD_EVERY = 0.1  # seconds between two calls of `on_step`, at least
+PATHS_PER_PASS = 1 << 20  # most paths in a pass if the guide does not learn
+CHECKED_EVERY = 4  # most samples between two checks of the time and noise limits
+TOLD_EVERY = 0.1  # least seconds between two calls of `on_step`
 
 
 def render(
@@ -33,11 +33,13 @@ def render(
     on_step: Callable[[Result], None] | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Result:
-    """Render a scene. Scene, settings and the machine's floating-point unit decide every bit of the image; `machine` does not.
+    """Render a scene. Scene, settings and the processor's arithmetic decide every bit of the image; `machine` does not.
 
-    `on_pass` is called after every pass with the state so far, and may add to the curve's last entry; its time does not count. What it
-    raises ends the render at once. `on_step` is called now and then while a guide trains, which may take longer than all passes.
-    From a checkpoint of this render it goes on to the same bits; `on_pass` is first told once more of the last pass before.
+    on_pass: called with the state after each pass; it may add to the curve's last entry. Its time does not count. Its exceptions end the
+    render at once. on_step: called now and then while a guide trains, because training may take longer than all passes. checkpoint:
+    the render goes on from it, to the same bits. `on_pass` is then called first for the last pass in the checkpoint.
+
+    InputError if the scene cannot be rendered or does not fit into memory. FloatingPointError as in `PassTracer.trace`.
     """
     require(scene, settings, machine)
 
@@ -61,7 +63,7 @@ def render(
             break
         if checkpoint and first:
             start += checkpoint.offer(result)
-        wanted = guide.wanted() if learning else 0  # the tracer has no room for any
+        wanted = guide.wanted() if learning else 0  # a tracer without learning has no room for transitions
         transitions = tracer.trace(guide.directions(), film, pixels, first, count, wanted)
         result.taken = first + count
         pixels = _look_ahead(result, settings)
@@ -79,7 +81,10 @@ def render(
 def _learn(
     guide: Guide, transitions: Transitions, result: Result, start: float, on_step: Callable[[Result], None] | None
 ) -> dict[str, Any]:
-    """Have the guide learn from a pass; returns what it says of it. Keeps the times of the result, which began at `start`, up to date."""
+    """Let the guide learn from a pass. Returns the guide's numbers about the pass.
+
+    Updates the times in `result` while the guide learns. start: value of perf_counter() at the beginning of the render.
+    """
     began = told = time.perf_counter()
     before = result.learn_seconds
 
@@ -97,9 +102,10 @@ def _learn(
 
 
 def _rounds(settings: Render, pixels: int, learning: bool, first: int) -> Iterator[tuple[int, int]]:
-    """(first sample, samples) of each pass after `first` samples: one each to learn from, or as many as there are, up to a power of two.
+    """(first sample, samples) of each pass after `first` samples. With learning a pass has one sample.
 
-    So every power of two ends a pass, where stratified samples are complete, and error curves want a point.
+    Without learning each pass doubles the samples, up to a limit that is a power of two. A pass ends at every power
+    of two: stratified samples are complete there, and error curves have a point.
     """
     most = 1 if learning else max(1, PATHS_PER_PASS // pixels)
     if settings.noise or settings.seconds:
@@ -112,15 +118,15 @@ def _rounds(settings: Render, pixels: int, learning: bool, first: int) -> Iterat
 
 
 def _look_ahead(result: Result, settings: Render) -> np.ndarray:
-    """The pixels of the next pass, (n,) int64. Notes on the result how many samples are to come."""
+    """The pixels of the next pass, (n,) int64. Writes the number of samples to come into `result`."""
     more = needed(result.film, settings, result.taken)
     result.ahead, result.rounds = float(more.sum() / result.film.counts.sum()), int(more.max())
     return np.flatnonzero(more)
 
 
 def warm_up(guide: GuideSettings, machine: Machine) -> None:
-    """Compile or load every kernel, and import every library, that a render with such a guide needs: no time should include that."""
-    least: Any = guide.least()  # of the union's kinds
+    """Compile or load all kernels, and import all libraries, of a render with such a guide. Measured times then do not include this."""
+    least: Any = guide.least()  # one of the kinds in the union
     render(_tiny_scene(), Render(spp=3, nee=True, max_bounces=2, guide=least), machine)
 
 
@@ -135,6 +141,6 @@ def _tiny_scene() -> SceneData:
         object=np.zeros(1, np.int32),
         shaders=(Shader("lit", (), (Closure("diffuse", 0.5), Closure("emission", 1.0))),),
         camera=Camera(IDENTITY, (-0.1, 0.1, -0.1, 0.1), 4, 4),
-        world=Shader("", (Instruction("position"),), (Closure("emission", 1.0, {"color": Node(0)}),)),  # one that has to be mapped
+        world=Shader("", (Instruction("position"),), (Closure("emission", 1.0, {"color": Node(0)}),)),  # varies: gets a `WorldMap`
         bounces=Bounces(2, 2, 2, 2),
     )

@@ -1,4 +1,4 @@
-"""All of a scene that the kernels see, and the memory of one thread."""
+"""The scene as the kernels read it, and the memory of one thread."""
 
 from typing import NamedTuple
 
@@ -27,9 +27,9 @@ class Stage(NamedTuple):
     surface: Surface
     shading: Shading
     lights: Lights
-    plain: np.ndarray  # (S,) bool, whether a shader is nothing but a constant Lambert
+    plain: np.ndarray  # (S,) bool, whether a shader is only a Lambert reflection of constant colour
     albedo: np.ndarray  # (S, 3) float32, of plain shaders
-    see_through: np.ndarray  # (S,) bool, whether a shader may let light pass straight
+    see_through: np.ndarray  # (S,) bool, whether a shader may let light pass straight through
     any_see_through: bool
     visibility: np.ndarray  # (O,) int64, kinds of rays that see what an object emits
     world_visibility: int  # kinds of rays that see the world
@@ -44,12 +44,12 @@ class Limits(NamedTuple):
     glossy: int
     transmission: int
     transparent: int
-    roulette: int  # scattering events before Russian roulette
+    roulette: int  # number of scattering events before Russian roulette begins
     nee: bool
-    blind_lamps: bool  # whether there are lamps that only next-event estimation can find
+    blind_lamps: bool  # whether the scene has lamps that only next-event estimation can find
     transparent_film: bool
-    emphasis: np.float64  # sample i of a pixel counts i to this power
-    stratified: bool  # whether the samples of a pixel share out their random numbers
+    emphasis: np.float64  # sample i of a pixel has the weight i^emphasis
+    stratified: bool  # whether the random numbers of a pixel's samples are stratified
 
 
 RAYS, RECORDABLE, RECORDED = 0, 1, 2  # of `Scratch.counts`: rays cast, vertices that could be recorded, transitions
@@ -65,9 +65,12 @@ class Scratch(NamedTuple):
     counts: np.ndarray  # (3,) int64, see RAYS
 
 
-@np.errstate(over="ignore", divide="ignore", invalid="ignore")  # what is no number in the end is found where it reaches the film
+@np.errstate(over="ignore", divide="ignore", invalid="ignore")  # the film finds results that are not finite
 def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
-    """The stage, and what must live as long as it is used. InputError where a shader cannot be compiled, or a light is infinite."""
+    """The stage, and Embree's geometry, which must live as long as the stage.
+
+    InputError if a shader cannot be compiled, Embree cannot hold the triangles, or the power of a light is infinite.
+    """
     shading = compile_shaders(scene)
     geometry = Geometry(scene)
     see_through = np.array([_sees_through(shading, s) for s in range(len(scene.shaders))], bool)
@@ -90,7 +93,7 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
 
 
 def _plain(shading: Shading) -> tuple[np.ndarray, np.ndarray]:
-    """Which shaders need no evaluation at all, as they are nothing but Lambert's reflection, the same everywhere; and their albedos."""
+    """Which shaders are only a Lambert reflection of constant colour, (S,) bool, and their albedos, (S, 3). Their code need not run."""
     plain, albedo = np.zeros(len(shading.shaders), bool), np.zeros((len(shading.shaders), 3), np.float32)
     for k, (first, end) in enumerate(shading.shaders[:, 2:]):
         kinds = [KINDS[row[0]] for row in shading.closures[first:end]]
@@ -114,7 +117,7 @@ def _has_alpha(shading: Shading, row: np.ndarray) -> bool:
 
 
 def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
-    """The scene's limits, or the settings' own in place of all of them."""
+    """The scene's limits. `settings.max_bounces` >= 0 replaces those of the total and of each kind of bounce."""
     bounces, most = scene.bounces, settings.max_bounces
     kinds = (bounces.total, bounces.diffuse, bounces.glossy, bounces.transmission) if most < 0 else (most, most, most, most)
     blind = bool((stage.lights.lamps[:, HITTABLE] == 0).any())
@@ -124,12 +127,12 @@ def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
 
 
 def wants_passes(scene: SceneData, settings: Render) -> bool:
-    """Whether more than the image is needed of each path."""
+    """Whether the film needs more of each path than its radiance."""
     return settings.passes or settings.denoise or scene.film.transparent
 
 
 def scratch(transitions: int) -> Scratch:
-    """Memory for a thread that records up to so many transitions in one call."""
+    """The memory of one thread. transitions: most transitions that the thread records in one call."""
     return Scratch(
         rays(),
         np.zeros((REGISTERS, 3), np.float32),

@@ -1,4 +1,4 @@
-"""Light on its way to a vertex: lamps and surroundings that a ray meets, who sees an emitter, and what stands or lets pass in between."""
+"""Light on its way to a vertex: from lamps and the world that a ray meets, the visibility of emitters, and transparent shadows."""
 
 import numpy as np
 
@@ -21,7 +21,10 @@ ZERO, ONE = (F(0), F(0), F(0)), (F(1), F(1), F(1))
 
 @part
 def lamps_met(stage, registers, start, ray, travelled, distance, pdf, kind, depth, nee):
-    """What a ray from `start` receives from lamps between `travelled` and `travelled + distance`, weighed against their being sampled."""
+    """Radiance from the lamps that a ray from `start` meets at distances travelled .. travelled + distance, RGB.
+
+    pdf: density of the ray's direction, per solid angle. If `nee` and pdf > 0, each lamp has the MIS weight pdf / (pdf + pdf_light).
+    """
     light, tree, over, i = ZERO, stage.lights.tree, inverse(ray), 0
     while i < tree.skip.shape[0]:
         if not crosses(tree, i, start, over, travelled + distance):
@@ -50,7 +53,7 @@ def _lamp_met(stage, registers, k, start, ray, travelled, distance, pdf, kind, d
 
 @part
 def surroundings(stage, registers, ray, pdf, kind, depth, nee):
-    """What arrives from the world, weighed against its being sampled."""
+    """Radiance from the world along `ray`, RGB. The MIS weight is that of `lamps_met`."""
     light = world_radiance(stage.shading, registers, ray, kind, depth)
     if nee and pdf > F(0) and stage.lights.world_probability > F(0):
         light = scale(light, pdf / (pdf + world_pdf(stage.lights.world, ray) * stage.lights.world_probability))
@@ -59,7 +62,7 @@ def surroundings(stage, registers, ray, pdf, kind, depth, nee):
 
 @part
 def stands_alone(lights, emitter, pdf):
-    """Whether rays cannot hit an emitter, so that sampling it counts in full; and whether things cast a shadow of its light."""
+    """(whether rays cannot hit the emitter, so that light sampling has weight 1; whether objects block its light)."""
     k = emitter - lights.triangle.shape[0]
     if k < 0 or k >= lights.lamps.shape[0]:
         return False, True
@@ -68,7 +71,7 @@ def stands_alone(lights, emitter, pdf):
 
 @part
 def seen_by(stage, emitter):
-    """The kinds of rays that an emitter is visible to."""
+    """The kinds of rays that see an emitter, as a bit mask."""
     triangles, lamps = stage.lights.triangle.shape[0], stage.lights.lamps.shape[0]
     if emitter < triangles:
         return stage.visibility[stage.surface.object[stage.lights.triangle[emitter]]]
@@ -79,9 +82,9 @@ def seen_by(stage, emitter):
 
 @part
 def passes_on(stage, passages, scratch, origin, wi, reach, depth):
-    """The share of light that gets from `reach` along wi to the origin, RGB: 0 or 1 unless something lets it pass straight.
+    """The share of light that travels from the distance `reach` along wi to the origin, RGB.
 
-    That may happen up to `passages` times.
+    Without transparent surfaces in between it is 0 or 1. Light passes at most `passages` of these surfaces.
     """
     if not stage.any_see_through:
         return ZERO if occluded(stage.surface, scratch.rays, origin, wi, reach, SHADOW_RAY) else ONE
@@ -103,5 +106,5 @@ def passes_on(stage, passages, scratch, origin, wi, reach, depth):
         share = multiply(share, bsdf.transparency(stage.shading, shader, point, scratch.registers))
         if luminance(share) <= F(0):
             return ZERO
-        origin, reach = off_surface(x, scale(ng, F(-1)), error), reach - step - error  # or the ray would reach beyond its end
+        origin, reach = off_surface(x, scale(ng, F(-1)), error), reach - step - error  # or the ray would pass its end
     return ZERO

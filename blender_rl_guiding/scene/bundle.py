@@ -1,4 +1,4 @@
-"""The scene bundle: one .npz of arrays and a JSON header, the interface between Blender and the renderer. Needs nothing but numpy."""
+"""The scene bundle, the interface between Blender and the renderer: one .npz with arrays and a JSON header. Needs only numpy."""
 
 import json
 from dataclasses import fields
@@ -50,5 +50,5 @@ def _scene(values: dict[str, Any], file: Archive) -> SceneData:
             raise ValueError(f"texture_{k} is {texels.dtype}{texels.shape}")
         textures.append(Texture(image.name, image.srgb, texels, image.tile, image.rest))
     said: dict[str, Any] = {f.name: getattr(header, f.name) for f in fields(header)}
-    said.update(arrays, textures=tuple(textures), name=fit(header.name))  # earlier versions took any name
+    said.update(arrays, textures=tuple(textures), name=fit(header.name))  # earlier versions allowed every name
     return SceneData(**said)

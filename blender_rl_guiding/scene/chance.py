@@ -1,4 +1,4 @@
-"""Lamps so small that rays seldom meet them: without light sampling they give a few white dots. Needs nothing but numpy."""
+"""Finds lamps so small that rays rarely meet them. Without light sampling such a lamp gives a few white dots. Needs only numpy."""
 
 import math
 
@@ -7,14 +7,14 @@ import numpy as np
 from .data import SceneData
 from .description import Lamp, Loss
 
-LEAST = 1e-3  # share of the rays into a hemisphere: at 32 samples a pixel, the first bounce meets the lamp in one pixel of thirty
+LEAST = 1e-3  # share of the hemisphere: at 32 samples per pixel, the first bounce meets such a lamp in one pixel of thirty
 DETAIL = "too small to be found by chance, and next-event estimation is off: its light becomes a few white dots"
 
 
 def left_to_chance(scene: SceneData, nee: bool) -> tuple[Loss, ...]:
-    """A Loss for each lamp that has a size but covers less than `LEAST` of the hemisphere, seen from the scene's middle.
+    """A Loss for each lamp with a size that covers less than `LEAST` of the hemisphere, seen from the scene's middle.
 
-    None with `nee`: next-event estimation finds them all.
+    Empty with `nee`, because next-event estimation finds all lamps.
     """
     if nee or not len(scene.triangles):
         return ()
@@ -24,7 +24,10 @@ def left_to_chance(scene: SceneData, nee: bool) -> tuple[Loss, ...]:
 
 
 def _share(lamp: Lamp, middle: np.ndarray, radius: float) -> float:
-    """Solid angle of a lamp over 2 pi, seen from the scene's middle, at least half its radius away; 0 if rays cannot hit it."""
+    """Solid angle of a lamp / 2 pi, seen from the scene's middle. 0 if rays cannot hit the lamp.
+
+    The distance counts as at least half the scene's radius.
+    """
     if not lamp.mis or (lamp.kind == "area" and not lamp.spread):
         return 0.0
     if lamp.kind == "sun":

@@ -1,6 +1,6 @@
 """The scene in arrays, as it is exported and rendered: `SceneData`, and its key.
 
-Needs nothing but numpy, because the add-on makes these inside Blender's own Python (3.11 or newer).
+Needs only numpy, because the add-on makes these objects inside Blender's own Python (3.11 or newer).
 World space is Blender's: right-handed, z up, metres.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 from .description import VISIBLE, Bounces, Camera, Film, Lamp, Loss, Shader
 
 TABLE_SIZE = 256
-BLOCK = 1 << 16  # instances, triangles or numbers whose arithmetic stays in the cache
+BLOCK = 1 << 16  # instances, triangles or numbers at a time: the arithmetic stays in the processor's cache
 _GRID = 64.0  # metres
 
 # Type and shape of every array; None stands for any length.
@@ -50,26 +50,26 @@ class Texture:
     """An image for shaders. 8-bit texels are stored codes."""
 
     name: str
-    srgb: bool  # whether 8-bit colours have to be decoded; alpha never has
-    # (H, W, 4) uint8 or float32, RGBA, top row first. Each instruction that reads them says how alpha is applied: `ops.Alpha`
+    srgb: bool  # whether 8-bit colours are sRGB codes, which lookups decode; alpha is always linear
+    # (H, W, 4) uint8 or float32, RGBA, top row first. The option `ops.Alpha` of each reading instruction says how alpha is used.
     texels: np.ndarray = field(compare=False)
     tile: int = 0  # UDIM number of a tile of an image: 1001 + column + 10 row; 0 for a whole image
-    rest: int = 0  # how many textures after it are tiles of the same image, in rising order
+    rest: int = 0  # number of textures after this one that are tiles of the same image, in rising order of `tile`
 
 
 @dataclass(frozen=True, eq=False)
 class SceneData:
-    """Everything that the renderer knows of a scene. Arrays are read-only.
+    """All that the renderer knows about a scene. Arrays are read-only.
 
-    The first W triangles stand in world space; each belongs to one object. The others make up meshes, each in a space of its own, that
-    instances place in the world. The first P objects are made of the W triangles; object P + i is instance i.
+    The first W triangles are in world space; each belongs to one object. The other triangles form meshes, each in its own space.
+    Instances place meshes in the world. The first P objects consist of the W triangles; object P + i is instance i.
     """
 
     name: str
-    vertices: np.ndarray  # (V, 3) float32; those in world space come first, and those of a mesh follow each other
-    triangles: np.ndarray  # (T, 3) int32, indices of vertices; those of an object or a mesh follow each other
+    vertices: np.ndarray  # (V, 3) float32; vertices in world space come first, then those of each mesh, one mesh after another
+    triangles: np.ndarray  # (T, 3) int32, indices of vertices; the triangles of an object or a mesh are consecutive
     normals: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
-    material: np.ndarray  # (T,) int32, index of shaders; those of meshes do not emit
+    material: np.ndarray  # (T,) int32, index of shaders; shaders of meshes do not emit
     object: np.ndarray  # (W,) int32, index of the object that a triangle belongs to; never decreases
     shaders: tuple[Shader, ...]
     camera: Camera
@@ -79,14 +79,14 @@ class SceneData:
     bounces: Bounces = Bounces()
     visibility: np.ndarray = field(
         default_factory=lambda: np.full(1, VISIBLE, np.uint8)
-    )  # (O,) sum of the kinds of rays that see an object
+    )  # (O,) for each object: sum of the kinds of rays that see it
     world_visibility: int = VISIBLE  # sum of the kinds of rays that see the world
     # Attribute k at the corners of triangle t of object o: attributes[attribute_rows[k, o] + t]
     attributes: np.ndarray = _none("attributes")  # (N, 3, 3) float32, three numbers at each corner of a triangle
-    attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 where an object lacks the attribute: it is 0 there
+    attribute_rows: np.ndarray = _none("attribute_rows")  # (A, O) int64, -1 if an object lacks the attribute; the value is then 0
     object_attributes: np.ndarray = _none("object_attributes")  # (B, O, 3) float32, values that are constant over an object
     tables: np.ndarray = _none("tables")  # (R, 256, 4) float32, colour ramps and curves over 0..1
-    meshes: np.ndarray = _none("meshes")  # (M,) int32, first triangle of each mesh; W is the first of these
+    meshes: np.ndarray = _none("meshes")  # (M,) int32, first triangle of each mesh; meshes[0] = W
     instances: np.ndarray = _none("instances")  # (I,) int32, index of meshes; never decreases
     instance_to_world: np.ndarray = _none("instance_to_world")  # (I, 3, 4) float32, from the mesh's space to the world's; invertible
     textures: tuple[Texture, ...] = ()
@@ -105,10 +105,10 @@ class SceneData:
 
     @cached_property
     def origin(self) -> np.ndarray:
-        """(3,) float32. The renderer counts positions from here: rounding is then small near the camera, however far that is from 0.
+        """The origin of the renderer's positions, (3,) float32, metres. Rounding is then small near the camera, also far from 0.
 
-        It is the point of a grid of 64 m next to the camera, or to the point of the scene's box nearest to it. The grid's coordinates
-        are whole numbers, so the subtraction does not round. Scenes near 0 stay where they are.
+        It is the point of a grid of 64 m that is nearest to the camera, or to the point of the scene's box nearest to the camera. Grid
+        coordinates are whole numbers, so the subtraction does not round. Scenes near 0 have the origin 0.
         """
         near = np.clip(np.array(self.camera.to_world)[:3, 3], *self._box)
         origin = (np.round(near / _GRID) * _GRID).astype(np.float32)
@@ -117,7 +117,7 @@ class SceneData:
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of a box around the scene, from its origin, (3,) float32 each; a cube of 1 m if it is empty."""
+        """Lowest and highest corner of a box around the scene, relative to `origin`, (3,) float32 each; a cube of 1 m if it is empty."""
         low, high = self._box
         return low - self.origin, high - self.origin
 
@@ -127,7 +127,7 @@ class SceneData:
 
     @cached_property
     def key(self) -> str:
-        """SHA-256 of all that the image depends on; names and the coverage report are left out."""
+        """SHA-256 of everything that the image depends on, so without names and the coverage report."""
         header = self.header()
         for part in (*header["shaders"], header["world"], *header["lamps"], *header["textures"]):
             del part["name"]
@@ -155,7 +155,7 @@ class SceneData:
         }
 
 
-# --- which triangles are whose, and where they are -------------------------------------------------------------------
+# --- triangles of objects and meshes, and their places ---------------------------------------------------------------
 
 
 def runs(values: np.ndarray) -> Iterator[tuple[int, int]]:
@@ -165,7 +165,7 @@ def runs(values: np.ndarray) -> Iterator[tuple[int, int]]:
 
 
 def placed(scene: SceneData) -> int:
-    """P, the number of objects that are no instances."""
+    """P, the number of objects that are not instances."""
     return len(scene.visibility) - len(scene.instances)
 
 
@@ -185,7 +185,7 @@ def world_vertices(scene: SceneData) -> int:
 
 
 def _box_of(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corner, (3,) float32, of a box around all: around the boxes of instances, not their vertices."""
+    """Lowest and highest corner, (3,) float32, of a box around world vertices and boxes of instances (not their vertices)."""
     world = scene.vertices[: world_vertices(scene)]
     corners = [np.stack([world.min(axis=0), world.max(axis=0)])] if len(world) else []
     corners += [np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]) for boxes in boxes_of(scene)]
@@ -193,7 +193,7 @@ def _box_of(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
 
 
 def boxes_of(scene: SceneData) -> Iterator[np.ndarray]:
-    """(n, 2, 3) float32, lowest and highest corner around each instance, in their order, some at a time."""
+    """Yields (n, 2, 3) float32: lowest and highest corner of the boxes of the next n instances, in order."""
     ends = scene.meshes + sizes(scene)
     for first, end in runs(scene.instances):
         mesh = scene.instances[first]

@@ -1,4 +1,4 @@
-"""Finds faults that make a scene impossible to render, or its image uniform. Needs nothing but numpy, as `data` does."""
+"""Finds faults that make a scene impossible to render, or its image uniform. Needs only numpy, like `data`."""
 
 import json
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from ..typed import MalformedError, read
 from .data import ARRAYS, BLOCK, SceneData, placed, sizes, world_vertices
 from .description import CAMERA, FARTHEST, LARGEST, MOST, VISIBLE, Closure, Header, Lamp, Node, Shader, Value, emits
 
-_LEAST_DETERMINANT = 1e-24  # below that a matrix has no inverse in float32
+_LEAST_DETERMINANT = 1e-24  # a matrix with a smaller determinant has no inverse in float32
 
 
 def find_fault(scene: SceneData) -> str:
@@ -21,10 +21,10 @@ def find_fault(scene: SceneData) -> str:
 
 
 def find_misfit(scene: SceneData) -> str:
-    """The first inconsistency of a scene, in one line; empty if there is none. Its types and limits were checked when it was read.
+    """The first inconsistency of a scene, in one line; empty if there is none. Types and limits must have been checked before.
 
-    Kernels do not check indices. Every index in a bundle is proven here to lie inside its array, except shaders' options:
-    `shading.program.check` proves these. An index that is computed from numbers is clamped where it is computed.
+    Kernels do not check indices. This function proves that every index in a bundle is inside its array, except the options of shaders:
+    `shading.program.check` proves these. Kernels clamp each index that they compute from numbers.
     """
     return (
         _find_too_long(scene)
@@ -46,7 +46,7 @@ def find_misfit(scene: SceneData) -> str:
 
 
 def _misdescribed(kind: Any, values: dict[str, Any], name: str) -> str:
-    """The error of `typed.read` on these values as a bundle would hold them; empty if there is none."""
+    """The error of `typed.read` for these values, written as in a bundle; empty if there is none."""
     try:
         read(kind, json.loads(json.dumps(values)), name)
     except MalformedError as error:
@@ -55,7 +55,10 @@ def _misdescribed(kind: Any, values: dict[str, Any], name: str) -> str:
 
 
 def _find_too_long(scene: SceneData) -> str:
-    """Kernels count in 32 bits, and compute attribute rows by differences of such numbers."""
+    """The first array that is too long, in one line; empty if there is none.
+
+    Kernels count in 32 bits, and compute attribute rows as differences of such numbers.
+    """
     for name in ARRAYS:
         if max(shape := getattr(scene, name).shape) > MOST:
             return f"{name} of {shape} has more than {MOST} rows"
@@ -63,7 +66,7 @@ def _find_too_long(scene: SceneData) -> str:
 
 
 def _find_bad_index(scene: SceneData) -> str:
-    """Indices in `triangles`, read by tracing/geometry, lights/emitters and Embree, and in `material`, read for every hit."""
+    """A bad index in `triangles` (readers: tracing/geometry, lights/emitters, Embree) or `material` (reader: every hit)."""
     for plural, indices, there in (("vertices", scene.triangles, scene.vertices), ("materials", scene.material, scene.shaders)):
         if indices.size and (indices.min() < 0 or indices.max() >= len(there)):
             return f"triangles point to {plural} {indices.min()}..{indices.max()}, but there are {len(there)}"
@@ -71,7 +74,7 @@ def _find_bad_index(scene: SceneData) -> str:
 
 
 def _find_bad_table(scene: SceneData) -> str:
-    """What is wrong with the indices of meshes and instances, in one line; empty if nothing is."""
+    """The first fault in the indices of meshes and instances, in one line; empty if there is none."""
     meshes, instances, triangles = scene.meshes, scene.instances, len(scene.triangles)
     if len(meshes) and (meshes.min() < 0 or meshes.max() >= triangles or (meshes[1:] <= meshes[:-1]).any()):
         return f"meshes begin at triangles {meshes.min()}..{meshes.max()} of {triangles}, which must rise"
@@ -95,7 +98,10 @@ def _find_bad_length(scene: SceneData) -> str:
 
 
 def _find_bad_object(scene: SceneData) -> str:
-    """Indices in `object`, by which visibility, attributes and matrices are read. Embree's answers count triangles and instances."""
+    """A bad index in `object`: kernels use it to read visibility, attributes and matrices.
+
+    Embree's results index triangles and instances, which exist.
+    """
     count = placed(scene)
     if len(scene.object) and (scene.object.min() < 0 or scene.object.max() >= count or (scene.object[1:] < scene.object[:-1]).any()):
         return f"triangles belong to objects {scene.object.min()}..{scene.object.max()} of {count}, which must never fall"
@@ -105,15 +111,15 @@ def _find_bad_object(scene: SceneData) -> str:
 
 
 def _find_bad_attribute(scene: SceneData) -> str:
-    """Indices in `attribute_rows`, read by `shading.geometry.attribute` and `moved`, and the width of both tables of objects."""
+    """A bad index in `attribute_rows` (readers: `attribute` and `moved` of shading.geometry), or a bad width of the objects' tables."""
     objects, rows = len(scene.visibility), scene.attribute_rows
     if len(scene.object_attributes) and scene.object_attributes.shape[1] != objects:
         return f"{objects} objects, but object_attributes of {scene.object_attributes.shape[1]}"
-    triangles = np.concatenate([np.bincount(scene.object, minlength=placed(scene)), sizes(scene)[scene.instances]])  # of each object
+    triangles = np.concatenate([np.bincount(scene.object, minlength=placed(scene)), sizes(scene)[scene.instances]])  # per object
     if len(rows) and (
         rows.shape[1] != objects
         or rows.min(initial=0) < -1
-        or ((rows >= 0) & (rows > len(scene.attributes) - triangles)).any()  # no sum, which could wrap round
+        or ((rows >= 0) & (rows > len(scene.attributes) - triangles)).any()  # not as a sum, which could overflow
     ):
         return f"attribute_rows {rows.shape} do not fit {objects} objects and {len(scene.attributes)} rows of attributes"
     return ""
@@ -136,7 +142,7 @@ def _find_flat(scene: SceneData) -> str:
 
 
 def without_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(T,) bool, triangles whose corners lie on one line or coincide. Exact up to the rounding of products in double precision."""
+    """(T,) bool, whether a triangle's corners are on one line or equal. Exact, except for the rounding of products in float64."""
     flat = np.empty(len(triangles), bool)
     for start in range(0, len(triangles), BLOCK):
         a, b, c = vertices.take(triangles[start : start + BLOCK].T, axis=0)
@@ -154,13 +160,13 @@ def _find_singular(scene: SceneData) -> str:
 
 
 def _invertible(matrices: np.ndarray) -> np.ndarray:
-    """(N,) bool, for the left 3 x 3 of matrices (N, 3, 3 or 4)."""
+    """(N,) bool: whether the left 3 x 3 of each matrix has an inverse. matrices: (N, 3, 3 or 4)."""
     rows = matrices[:, :, :3].astype(np.float64)
     return np.abs((np.cross(rows[:, 0], rows[:, 1]) * rows[:, 2]).sum(axis=1)) > _LEAST_DETERMINANT
 
 
 def _find_far(scene: SceneData) -> str:
-    """Embree passes over triangles that are further away, and squares of such distances overflow."""
+    """A thing further than FARTHEST, in one line; empty if there is none. Embree ignores such triangles; squared distances overflow."""
     places = {"the camera": scene.camera.to_world} | {f"lamp {lamp.name!r}": lamp.to_world for lamp in scene.lamps}
     far = [name for name, matrix in places.items() if max(abs(row[3]) for row in matrix[:3]) > FARTHEST]
     if max(scene.vertices.max(initial=0), -scene.vertices.min(initial=0)) > FARTHEST:
@@ -168,12 +174,15 @@ def _find_far(scene: SceneData) -> str:
     if far:
         return f"{far[0]} is more than {FARTHEST:g} metres away"
     with np.errstate(over="ignore"):
-        near = (np.abs(scene.bounds) <= 2 * FARTHEST).all()  # from the scene's origin
+        near = (np.abs(scene.bounds) <= 2 * FARTHEST).all()  # bounds are relative to the scene's origin
     return "" if near else f"an instance is more than {FARTHEST:g} metres away"
 
 
 def _find_shining(scene: SceneData) -> str:
-    """The first material of meshes of instances that emits, in one line; empty if there is none. Lights are sampled by triangle."""
+    """The first emitting material of an instanced mesh, in one line; empty if there is none.
+
+    Such meshes must not emit, because light sampling picks single triangles in world space.
+    """
     for shader in np.unique(scene.material[len(scene.object) :]):
         if any(map(emits, scene.shaders[shader].closures)):
             return f"a mesh of instances emits, by shader {scene.shaders[shader].name!r}"
@@ -193,7 +202,7 @@ def _find_bad_camera(scene: SceneData) -> str:
 
 
 def _find_bad_reference(scene: SceneData) -> str:
-    """Shaders of lamps, read by `lights.lamp_shaders`, and tiles of textures, read by `shading.textures.find_tile`."""
+    """A bad shader of a lamp (reader: `lights.lamp_shaders`), or bad tiles of a texture (reader: `shading.textures.find_tile`)."""
     for lamp in scene.lamps:
         if lamp.shader >= len(scene.shaders):
             return f"lamp {lamp.name!r} has shader {lamp.shader}, but there are {len(scene.shaders)}"
@@ -214,7 +223,7 @@ def fault_of_shader(shader: Shader) -> str:
 
 
 def _find_bad_step(shader: Shader) -> str:
-    """Steps that other steps and closures read: `shading.program` gives each a register."""
+    """A step or closure that reads a step which does not exist or comes later. `shading.program` gives each step a register."""
     for k, instruction in enumerate(shader.code):
         if any(isinstance(value, Node) and not 0 <= value.index < k for value in instruction.inputs):
             return f"shader {shader.name!r}: step {k}, {instruction.op}, reads a value that is not computed before it"
@@ -229,7 +238,7 @@ def _values(closure: Closure) -> Iterator[Value]:
 
 
 def find_nothing(scene: SceneData) -> str:
-    """Why a scene's image is uniform, in one line: there is no light, or nothing but the world; empty if it is not."""
+    """The reason for a uniform image, in one line: no light, or only the world. Empty if the image is not uniform."""
     used = [scene.shaders[m] for m in np.unique(scene.material)]
     if not (scene.lamps or any(emits(closure) for shader in (*used, scene.world) for closure in shader.closures)):
         return "the scene is dark: no lamp, no emitting surface, and the world is black"

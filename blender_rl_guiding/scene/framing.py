@@ -1,4 +1,4 @@
-"""`--camera auto`: places a camera that sees everything worth seeing. Numpy only: Blender runs this, too."""
+"""`--camera auto`: places a camera that sees all objects except lights and backdrops. Needs only numpy: Blender runs this, too."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -9,24 +9,24 @@ from .data import SceneData, boxes_of, placed
 from .description import CAMERA, Camera, Matrix
 from .view import AUTO, View
 
-# Direction from the objects to the camera: it stands in front, which is -y in Blender, a little to the right and above.
+# Direction from the objects to the camera: in front of them (-y in Blender), a little to the right, and above.
 OUTSIDE = np.array((0.5, -0.87, 0.45)) / np.linalg.norm((0.5, -0.87, 0.45))
-MARGIN = 1.08  # factor on the least distance from which the camera sees everything
-BACKDROP = 4.0  # a ground or a sky is at least that many times as large as the objects in front of it
+MARGIN = 1.08  # factor on the smallest distance at which the camera sees everything
+BACKDROP = 4.0  # least ratio of the size of a ground or a sky to the size of the objects in front of it
 FLAT = 0.25  # largest thickness of a ground, as a share of its longest side
-ENCLOSED, HIDDEN = 0.6, 0.5  # in a room, more than these shares of directions are blocked, and of objects are hidden from outside
-WIDE = 50 / 24  # factor on the width of view in a room
-STEP_BACK = 0.9  # where the camera stands in a room, as a share of the way to its wall
-OCCLUDERS = 50_000  # triangles, the largest, that may block the view
-TESTED = 64  # most objects whose visibility is tested
-_PLACES = (0.0, 0.0), (-0.3, -0.3), (-0.3, 0.3), (0.3, -0.3), (0.3, 0.3)  # places to look for walls from, in shares of the sides
+ENCLOSED, HIDDEN = 0.6, 0.5  # least shares in a room: of directions that walls block, of objects that are hidden from outside
+WIDE = 50 / 24  # factor on the width of the view inside a room
+STEP_BACK = 0.9  # the camera's place in a room, as a share of the way to the wall
+OCCLUDERS = 50_000  # most triangles, the largest ones, that are tested for blocking the view
+TESTED = 64  # most objects that are tested for being hidden
+_PLACES = (0.0, 0.0), (-0.3, -0.3), (-0.3, 0.3), (0.3, -0.3), (0.3, 0.3)  # places that rays to walls start from, as shares of the sides
 
 
 class Objects(NamedTuple):
-    """The objects of a scene that a camera is to see."""
+    """The objects of a scene that the camera must see."""
 
     boxes: np.ndarray  # (n, 2, 3) float64, lowest and highest corner of each
-    names: np.ndarray  # (n,) their indices in the scene
+    names: np.ndarray  # (n,) index of each object in the scene
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -35,23 +35,24 @@ class Objects(NamedTuple):
 
     @property
     def sizes(self) -> np.ndarray:
-        """(n,) diagonals."""
+        """(n,) diagonal of each box, metres."""
         return np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
 
     def where(self, mask: np.ndarray) -> "Objects":
-        """Some of them."""
+        """The objects where `mask`, (n,) bool, is true."""
         return Objects(self.boxes[mask], self.names[mask])
 
 
 def viewed(scene: SceneData, view: View) -> SceneData:
-    """The scene with the camera that `view` asks for; it was exported with Blender's."""
+    """The scene with the camera that `view` asks for. The exported scene has Blender's camera."""
     return replace(scene, camera=framed(scene)) if view.camera == AUTO else scene
 
 
 def framed(scene: SceneData) -> Camera:
-    """The scene's camera, a perspective without shift, moved and turned so that it sees all objects but lights and backdrops.
+    """The scene's camera, moved and turned so that it sees all objects except lights and backdrops.
 
-    It stands in front of them. If they are a room that hides its contents, it stands inside, with a wider lens.
+    The scene's camera must be a perspective without shift. The result is in front of the objects. If these are a room that hides its
+    contents, the result is inside the room, with a wider lens.
     """
     everything = _objects(scene)
     lit = _without_lights(scene, everything)
@@ -66,11 +67,11 @@ def framed(scene: SceneData) -> Camera:
     return outside
 
 
-# --- what is to be seen ----------------------------------------------------------------------------------------------
+# --- objects to show -------------------------------------------------------------------------------------------------
 
 
 def _objects(scene: SceneData) -> Objects:
-    """All objects that the camera sees; a cube of 2 m where there is none."""
+    """All objects that camera rays see; a cube of 2 m if there are none."""
     found = (_in_world(scene), _instances(scene))
     boxes, names = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return Objects(boxes, names) if len(names) else Objects(np.array([[(-1.0,) * 3, (1.0,) * 3]]), np.array([-1]))
@@ -83,10 +84,10 @@ def _instances(scene: SceneData) -> Objects:
 
 
 def _in_world(scene: SceneData) -> Objects:
-    """The objects whose triangles stand in world space."""
+    """The objects whose triangles are in world space."""
     seen = (scene.visibility[scene.object] & CAMERA) != 0
     triangles, owners = scene.triangles[: len(scene.object)][seen], scene.object[seen]
-    names, starts = np.unique(owners, return_index=True)  # triangles of an object follow each other
+    names, starts = np.unique(owners, return_index=True)  # the triangles of an object are consecutive
     boxes = np.empty((len(names), 2, 3))
     for side, extreme in enumerate((np.minimum, np.maximum)):
         a, b, c = (scene.vertices[corner] for corner in triangles.T)
@@ -95,14 +96,14 @@ def _in_world(scene: SceneData) -> Objects:
 
 
 def _without_lights(scene: SceneData, objects: Objects) -> Objects:
-    """The objects that do more than emit; all of them if none does."""
+    """The objects with materials that do not only emit; all objects if there are none."""
     shines = np.array([{closure.kind for closure in shader.closures} == {"emission"} for shader in scene.shaders], bool)
     plain = np.isin(objects.names, scene.object[~shines[scene.material[: len(scene.object)]]]) | (objects.names >= placed(scene))
     return objects.where(plain) if plain.any() else objects
 
 
 def _backdrops(objects: Objects) -> np.ndarray:
-    """(n,) bool: grounds, walls and skies. They are much larger than the objects in front, and either flat or around them."""
+    """(n,) bool: grounds, walls and skies. A backdrop is much larger than the objects in front, and either flat or around them."""
     sizes, found = objects.sizes, np.zeros(len(objects.boxes), bool)
     for k in np.argsort(-sizes, kind="stable"):
         smaller = objects.where(sizes < sizes[k] / 2)
@@ -118,7 +119,7 @@ def _backdrops(objects: Objects) -> np.ndarray:
 
 
 def _encloses(box: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Whether boxes, (..., 2, 3), stand around the box from `low` to `high`; (...) bool."""
+    """(...) bool: whether each box, (..., 2, 3), contains the box from `low` to `high`."""
     return ((box[..., 0, :] <= low) & (box[..., 1, :] >= high)).all(axis=-1)
 
 
@@ -126,7 +127,7 @@ def _encloses(box: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def _from_outside(shown: Objects, camera: Camera, cut: bool) -> Camera:
-    """The camera in front of all that is shown. With `cut` it clips what is nearer: a sky around it."""
+    """The camera in front of all shown objects. cut: the near clip removes nearer objects, such as a sky around the camera."""
     low, high = shown.bounds
     target, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
     axes = _axes(OUTSIDE)
@@ -136,7 +137,7 @@ def _from_outside(shown: Objects, camera: Camera, cut: bool) -> Camera:
 
 
 def _distance(points: np.ndarray, window: tuple[float, ...]) -> float:
-    """How far from the origin a camera on +z has to be to see all points, (n, 3), through its window."""
+    """The distance from the origin at which a camera on +z sees all points, (n, 3), through its window."""
     half = (window[1] - window[0]) / 2, (window[3] - window[2]) / 2
     return float(max((points[:, 2] + np.abs(points[:, axis]) / half[axis]).max() for axis in (0, 1)))
 
@@ -151,7 +152,7 @@ def _corners(boxes: np.ndarray) -> np.ndarray:
 
 
 def _is_room(shown: Objects, outside: np.ndarray, corners: np.ndarray, owners: np.ndarray) -> bool:
-    """Whether walls stand all around, and hide most objects from outside."""
+    """Whether there are walls all around, which hide most objects from outside."""
     low, high = shown.bounds
     places = [(low + high) / 2 + (x * (high - low)[0], y * (high - low)[1], 0) for x, y in _PLACES]
     directions = np.stack([_turned(turn, height) for height in (-0.6, -0.2, 0.2, 0.6) for turn in range(0, 16, 2)])
@@ -164,13 +165,13 @@ def _is_room(shown: Objects, outside: np.ndarray, corners: np.ndarray, owners: n
 
 
 def _from_inside(shown: Objects, camera: Camera, corners: np.ndarray) -> Camera:
-    """The camera as far back in the room as possible, looking at its middle through a wider lens."""
+    """The camera inside the room, as far back as possible. It looks at the middle of the room through a wider lens."""
     low, high = shown.bounds
     middle = (low + high) / 2
     heights = [middle + np.array((0, 0, share * (high[2] - low[2]))) for share in (0.0, 0.15, 0.3)]
     ways = np.stack([_turned(turn, 0.1) for turn in range(16)])
     free = np.stack([_sight(start, ways, corners) for start in heights])
-    free[~np.isfinite(free)] = 0.0  # out of a window
+    free[~np.isfinite(free)] = 0.0  # the ray leaves through a window
     start, way = np.unravel_index(np.argmax(free), free.shape)
     place = heights[start] + STEP_BACK * free[start, way] * ways[way]
     left, right, bottom, top = (WIDE * edge for edge in camera.window)
@@ -185,7 +186,7 @@ def _turned(turn: int, height: float) -> np.ndarray:
 
 
 def _occluders(scene: SceneData, shown: Objects) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3, 3) corners and (n,) objects of the largest triangles of what is shown."""
+    """Corners, (n, 3, 3), and objects, (n,), of the largest triangles of the shown objects."""
     mine = np.flatnonzero(np.isin(scene.object, shown.names))
     a, b, c = (scene.vertices[corner] for corner in scene.triangles[mine].T)
     areas = (np.cross(b - a, c - a) ** 2).sum(axis=1)
@@ -194,7 +195,7 @@ def _occluders(scene: SceneData, shown: Objects) -> tuple[np.ndarray, np.ndarray
 
 
 def _sight(origin: np.ndarray, directions: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """(m,): distance from a point to the first triangle in each direction, (m, 3), in units of its length; inf if there is none."""
+    """(m,): distance from `origin` to the first triangle along each direction, (m, 3), in units of its length; inf if there is none."""
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     ao, found = origin - a, np.full(len(directions), np.inf)
     q = np.cross(ao, ab)

@@ -1,10 +1,10 @@
-"""The ops of shader code: what an `Instruction` may be, for the add-on that writes them and the kernels that run them.
+"""The ops of shader code: every possible `Instruction`. The add-on writes instructions, kernels run them.
 
 Standard library only, because the add-on checks what it exports inside Blender's own Python (3.11 or newer).
 
-All values are triples: a colour, a vector, or a number three times. Nothing is converted silently: a colour becomes a number by
-`luminance`, a vector by `average`; a number needs nothing to become a colour or a vector. Modes have the names that Blender's
-nodes give them. Ops with a `scale` socket in Blender take the vector already scaled, so that no op needs more than five inputs.
+All values are triples: a colour, a vector, or one number three times. Conversions are explicit: the op `luminance` turns a colour into a
+number, `average` turns a vector into a number. A number is a colour or vector without conversion. Modes have the names of Blender's nodes.
+If a node has a `scale` socket in Blender, the op's vector is already scaled, so no op needs more than five inputs.
 """
 
 from enum import IntEnum
@@ -14,7 +14,7 @@ MAX_INPUTS = 5
 MAX_OPTIONS = 4
 
 Light = IntEnum("Light", "IS_CAMERA_RAY IS_SHADOW_RAY IS_DIFFUSE_RAY IS_GLOSSY_RAY IS_TRANSMISSION_RAY RAY_LENGTH RAY_DEPTH", start=0)
-# The first twenty of Math and VectorMath are the same operations; for vectors they are by components.
+# The first twenty operations of Math and VectorMath are the same; on vectors they act by components.
 Math = IntEnum(
     "Math",
     "ADD SUBTRACT MULTIPLY DIVIDE MULTIPLY_ADD MINIMUM MAXIMUM ABSOLUTE SIGN ROUND FLOOR CEIL FRACT SNAP WRAP MODULO POWER SINE COSINE "
@@ -40,90 +40,90 @@ Ease = IntEnum("Ease", "LINEAR SMOOTHSTEP SMOOTHERSTEP", start=0)
 Mapping = IntEnum("Mapping", "POINT TEXTURE VECTOR NORMAL", start=0)
 Weight = IntEnum("Weight", "FRESNEL FACING", start=0)
 Gradient = IntEnum("Gradient", "LINEAR QUADRATIC EASING DIAGONAL SPHERICAL QUADRATIC_SPHERE RADIAL", start=0)
-Result = IntEnum("Result", "FACTOR COLOR", start=0)  # which output of a texture node
+Result = IntEnum("Result", "FACTOR COLOR", start=0)  # the output of a texture node
 
-# Options that are not places in arrays.
+# Options that are not indices of arrays.
 Extension = IntEnum("Extension", "REPEAT EXTEND CLIP MIRROR", start=0)
 Interpolation = IntEnum("Interpolation", "LINEAR CLOSEST", start=0)
-# HORIZON has the columns of EQUIRECTANGULAR, and of an elevation e the row (1 + sgn(e) sqrt(|e| 2 / pi)) / 2.
+# HORIZON: columns as in EQUIRECTANGULAR; the row of elevation e is (1 + sgn(e) sqrt(|e| 2 / pi)) / 2 of the height.
 Projection = IntEnum("Projection", "EQUIRECTANGULAR MIRROR_BALL HORIZON", start=0)
-# How an image's colours depend on its alpha. Cycles multiplies by it, and divides again where a node's Alpha socket is in use:
-# PREMULTIPLIED if the socket has no link, STRAIGHT if it has; PACKED (also for images without alpha) leaves colours alone.
-# MULTIPLIED is STRAIGHT for texels that are stored multiplied already: they are only divided.
+# How an image's colours depend on its alpha. Cycles multiplies colours by alpha, and divides again if the node's Alpha socket has a link:
+# PREMULTIPLIED without a link, STRAIGHT with a link. PACKED, also for images without alpha, leaves colours unchanged.
+# MULTIPLIED is STRAIGHT for texels that are stored times alpha: they are only divided.
 Alpha = IntEnum("Alpha", "PREMULTIPLIED STRAIGHT PACKED MULTIPLIED", start=0)
 
 
 class Op(NamedTuple):
-    """The shape of an instruction. An input named `normal` comes last and may be left out: it is then the shading normal."""
+    """The form of an instruction. An input `normal` is the last one. It may be missing: then it is the shading normal."""
 
     inputs: tuple[str, ...] = ()
-    modes: type[IntEnum] | None = None  # names of the modes; None where there is but one, the empty string
+    modes: type[IntEnum] | None = None  # names of the modes; None if the only mode is the empty string
     options: tuple[str, ...] = ()
-    pure: bool = True  # whether the value depends on nothing but inputs and options
+    pure: bool = True  # whether the value depends only on inputs and options
 
 
 def _op(inputs: str = "", modes: type[IntEnum] | None = None, options: str = "", pure: bool = True) -> Op:
     return Op(tuple(inputs.split()), modes, tuple(options.split()), pure)
 
 
-# Options: `texture`, `table`, `attribute` (tangent, sign, normal) and `object_attribute` (x_axis, y_axis, z_axis) are places in the
-# scene's arrays of these names; the others are flags, 0 or 1, or one of the enumerations above.
+# Options: `texture`, `table`, `attribute` (also tangent, sign, normal) and `object_attribute` (also x_axis, y_axis, z_axis) are indices of
+# the scene's arrays of these names. The other options are flags, 0 or 1, or values of the enumerations above.
 OPS: dict[str, Op] = {
-    # --- the point; vectors are in world space. For the world, position is the direction of the ray, and normals are its opposite.
+    # --- the point; vectors are in world space. For the world, position is the direction d of the ray, and normals are -d.
     "position": _op(pure=False),
-    "normal": _op(pure=False),  # the shading normal, on the side that the ray comes from
+    "normal": _op(pure=False),  # the shading normal, on the side where the ray comes from
     "true_normal": _op(pure=False),
-    "incoming": _op(pure=False),  # towards where the ray comes from
+    "incoming": _op(pure=False),  # the direction to the start of the ray
     "backfacing": _op(pure=False),
     "light_path": _op(modes=Light, pure=False),
     "attribute": _op(options="attribute", pure=False),
     "object_attribute": _op(options="object_attribute", pure=False),
-    # A direction from the object's space to the world, by the axes of the inverse transpose; `tangent` is perpendicular to the normal, too.
+    # A direction from object space to world space, by the axes of the inverse transpose. `tangent` is also perpendicular to n.
     "transform": _op("vector", options="x_axis y_axis z_axis", pure=False),
     "tangent": _op(options="attribute x_axis y_axis z_axis", pure=False),
     # --- textures; uv has its origin at the bottom left
     "image": _op("vector", options="texture extension interpolation alpha"),
     "image_alpha": _op("vector", options="texture extension interpolation"),
     "environment": _op("direction", options="texture projection interpolation"),
-    # A sky with the disc of a sun above +y; elevation and size, its diameter, are in radians. The disc's colour is intensity times the
-    # table, which runs from its lowest elevation to its highest; it is darker at its edge. The disc is added to the sky; with `hides` it
-    # takes the sky's place where it shines.
+    # A sky with the disc of a sun above +y. elevation, and size (the diameter), are in radians. The disc's colour is intensity times the
+    # table, and darker at the edge. The table covers the disc from its lowest to its highest elevation. The disc is added to the sky;
+    # with `hides` it replaces the sky where the disc is not black.
     "sun_disc": _op("direction sky elevation size intensity", options="table hides"),
     "ramp": _op("factor", options="table interpolate"),
     "ramp_alpha": _op("factor", options="table interpolate"),
-    "curves": _op("factor color", options="table extrapolate"),  # each channel by its column of the table, which covers 0..1
-    "float_curve": _op("factor value", options="table extrapolate"),  # by the first column
+    "curves": _op("factor color", options="table extrapolate"),  # each channel has a column of the table, which covers 0..1
+    "float_curve": _op("factor value", options="table extrapolate"),  # the first column of the table
     # --- arithmetic
     "math": _op("a b c", Math, "clamp"),  # results of all modes are numbers
     "vector_math": _op("a b c scale", VectorMath),
     "clamp": _op("value minimum maximum", Clamp),
-    "map_range": _op("value from_min from_max to_min to_max", Ease, "clamp"),  # by components. STEPPED: to 0..1, then steps, then from 0..1
+    "map_range": _op("value from_min from_max to_min to_max", Ease, "clamp"),  # by components. STEPPED: to 0..1, `steps`, from 0..1
     "steps": _op("factor steps"),
     "mapping": _op("vector location rotation scale", Mapping),
     "component": _op("vector", options="index"),
     "average": _op("vector"),
     # --- colours
     "luminance": _op("color"),
-    "mix": _op("factor a b", Blend, "clamp_factor clamp_result"),  # MIX by components, so that the factor may be a vector
+    "mix": _op("factor a b", Blend, "clamp_factor clamp_result"),  # MIX acts by components: its factor may be a vector
     "invert": _op("factor color"),
     "gamma": _op("color gamma"),
     "bright_contrast": _op("color bright contrast"),
     "hsv": _op("hue saturation value factor color"),
     "separate": _op("color", Space),
     "combine": _op("a b c", Space),
-    # --- what depends on the angle
+    # --- values that depend on the angle
     "fresnel": _op("ior normal", pure=False),
     "layer_weight": _op("blend normal", Weight, pure=False),
     # --- normals
-    # From a normal map's vector to a direction in the object's space, that of the attributes; zero if the object lacks these.
+    # From a normal map's vector to a direction in object space, the space of the attributes; zero if the object lacks the attributes.
     "tangent_space": _op("vector strength", options="tangent sign normal", pure=False),
-    "bend": _op("direction strength", pure=False),  # the shading normal, bent towards a direction, which is given for the surface's front
+    "bend": _op("direction strength", pure=False),  # the shading normal, bent towards a direction on the surface's front side
     "bump": _op("height strength distance normal", options="invert", pure=False),
     # --- procedural textures
     "checker": _op("vector color1 color2", Result),
     "gradient": _op("vector", Gradient),
-    "white_noise": _op("vector", Result, "dimensions"),  # 1 to 3 dimensions; with 1, w is the vector's x
-    "noise": _op("vector detail roughness lacunarity distortion", Result, "dimensions normalize"),  # fBM alone
+    "white_noise": _op("vector", Result, "dimensions"),  # 1 to 3 dimensions; in 1D the number w is the vector's x
+    "noise": _op("vector detail roughness lacunarity distortion", Result, "dimensions normalize"),  # only the type fBM
 }
 
 

@@ -1,7 +1,7 @@
-"""Kinds of rays: every ray is of one kind, and sees those things whose visibility has its bit.
+"""Kinds of rays. Every ray has one kind, and sees the things whose visibility has the bit of this kind.
 
-To Blender light through a Translucent BSDF is diffuse as well as transmitted. Cycles asks for one of these switches or for both,
-depending on what the ray meets. So such rays are a kind of their own here, TRANSLUCENT, which follows from the two switches.
+In Blender, light through a Translucent BSDF is both diffuse and transmitted. Cycles checks one of these two switches, or both, depending
+on the thing that the ray meets. Here such rays have their own kind, TRANSLUCENT; its bit is computed from the two switches.
 """
 
 from .description import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSMISSION
@@ -9,10 +9,13 @@ from .description import CAMERA, DIFFUSE, GLOSSY, SHADOW, TRANSMISSION
 __all__ = ["CAMERA", "DIFFUSE", "EMITTERS", "GLOSSY", "MESHES", "SHADOW", "TRANSLUCENT", "TRANSMISSION", "WORLD", "seen_by"]
 
 TRANSLUCENT = 32
-# The switches that have to be on for TRANSLUCENT: of a mesh that is hit, of an emitter that is sampled, and of the world.
+# The switches that must be on for TRANSLUCENT: of a mesh that a ray hits, of an emitter that is sampled, of the world.
 MESHES, EMITTERS, WORLD = TRANSMISSION, DIFFUSE, DIFFUSE | TRANSMISSION
 
 
 def seen_by(visibility, switches: int):
-    """The kinds of rays, TRANSLUCENT among them, that see a thing of this `visibility` in a bundle: an integer, or an array of them."""
+    """The kinds of rays, with TRANSLUCENT, that see a thing. visibility: from the bundle, an integer or an array of integers.
+
+    switches: MESHES, EMITTERS or WORLD, the switches that TRANSLUCENT needs.
+    """
     return visibility | TRANSLUCENT * ((visibility & switches) == switches)

@@ -1,4 +1,4 @@
-"""What to render of a .blend, if not what it was saved with: frame, camera, scene and size. Standard library only."""
+"""The choice of frame, camera, scene and size of a .blend; by default those that it was saved with. Standard library only."""
 
 import argparse
 import json
@@ -11,14 +11,14 @@ from typing import Any
 from ..errors import InputError
 from ..typed import parse, read
 
-AUTO = "auto"  # the camera that frames everything, see `framing`
-LAST_FRAME = 1_048_574  # Blender's; the first is as far below 0
+AUTO = "auto"  # a camera that shows all objects, see `framing`
+LAST_FRAME = 1_048_574  # Blender's last frame; its first one is -LAST_FRAME
 SIDE = 4, 65_536  # pixels: Blender's limits
 SHARE = 1, 32_767  # percent, likewise
 
 
 def frame_number(text: str) -> int:
-    """A frame number from the command line; as in Blender it may lie outside the scene's range."""
+    """A frame number from the command line. As in Blender, it may be outside the scene's range."""
     return _within(text, "frame", -LAST_FRAME, LAST_FRAME)
 
 
@@ -60,13 +60,13 @@ def _within(text: str, what: str, least: int, most: int) -> int:
 
 
 def _choice(parse: Callable[[str], Any], metavar: str, doc: str) -> Any:
-    """One thing to choose, and its flag."""
+    """A field of `View`, and its flag on the command line."""
     return field(default=None, metadata={"type": parse, "metavar": metavar, "help": doc})
 
 
 @dataclass(frozen=True)
 class View:
-    """What to render of a .blend (.blend files only)."""
+    """The choice of frame, camera, scene and size (.blend files only)."""
 
     frame: int | None = _choice(frame_number, "N", "frame (default: the one that the file was saved at)")
     camera: str | None = _choice(_name, "NAME", f"camera object, or {AUTO}, which frames all that renders (default: the scene's)")
@@ -84,14 +84,14 @@ class View:
         return read(cls, parse(text), "the view")
 
     def check_none(self, path: Path) -> None:
-        """InputError if anything is chosen: the file at `path` is a bundle."""
+        """InputError if any field is chosen, because the file at `path` is a bundle."""
         for name, value in asdict(self).items():
             if value is not None:
                 raise InputError(f"--{name} is for .blend files: {path} is a bundle, and was exported as it is")
 
 
 def add_view(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
-    """Add a flag for each field, in a group. Their values are called `view.NAME`, because `scene` alone is the file."""
+    """Add a group with a flag for each field. The values are named `view.NAME`, because `scene` is already the name of the file."""
     group = parser.add_argument_group((View.__doc__ or "").rstrip("."))
     for choice in fields(View):
         group.add_argument(f"--{choice.name}", dest=f"view.{choice.name}", **choice.metadata)

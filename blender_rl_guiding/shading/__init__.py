@@ -1,1 +1,1 @@
-"""Shaders as programs: what a surface looks like at a point, computed from textures, attributes and arithmetic."""
+"""Shaders as programs, which compute the closures of a surface at a point from textures, attributes and arithmetic."""

@@ -11,7 +11,7 @@ from ..kernels import part
 from ..kernels.sampling import PI, F
 from ..scene.ops import Clamp, Ease, Math
 
-ROUNDING, CURVES, ANGLES = Math.ROUND.value, Math.TRUNC.value, Math.LOGARITHM.value  # where groups of operations begin
+ROUNDING, CURVES, ANGLES = Math.ROUND.value, Math.TRUNC.value, Math.LOGARITHM.value  # first operation of each group
 EPSILON = F(2**-23)
 
 
@@ -52,14 +52,14 @@ def power(a, b):
 
 @part
 def wrap(a, high, low):
-    """a + k (high - low) in low..high, for a whole number k; low if the range has no width."""
+    """a + k (high - low), with the whole number k that puts the result in low..high; low if high = low."""
     width = high - low
     return a - width * np.floor((a - low) / width) if width != F(0) else low
 
 
 @part
 def ping_pong(a, b):
-    """A triangle wave between 0 and b, through 0 at 0."""
+    """A triangle wave between 0 and b; its value at a = 0 is 0."""
     if b == F(0):
         return F(0)
     t = (a - b) / (b * F(2))
@@ -68,7 +68,7 @@ def ping_pong(a, b):
 
 @part
 def smooth_minimum(a, b, width):
-    """min(a, b) with its corner rounded off over `width`."""
+    """min(a, b) with its corner rounded over `width`."""
     if width == F(0):
         return min(a, b)
     h = max(width - abs(a - b), F(0)) / width
@@ -77,7 +77,7 @@ def smooth_minimum(a, b, width):
 
 @part
 def logarithm(a, base):
-    """log(a) / log(base); 0 if either has no logarithm."""
+    """log(a) / log(base); 0 if a or base has no logarithm."""
     if a <= F(0) or base <= F(0):
         return F(0)
     return divide(math.log(a), math.log(base))
@@ -218,7 +218,7 @@ def ease(mode, t):
 
 @part
 def map_range(mode, clamped, a, from_low, from_high, to_low, to_high):
-    """The Map Range node; 0 where the range has no width."""
+    """The Map Range node; 0 if from_high = from_low."""
     x = lerp(to_low, to_high, ease(mode, divide(a - from_low, from_high - from_low))) if from_low != from_high else F(0)
     return clamp(Clamp.RANGE.value, x, to_low, to_high) if clamped else x
 

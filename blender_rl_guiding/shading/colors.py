@@ -7,7 +7,7 @@ from ..kernels.sampling import F
 from ..scene.ops import Blend, Space
 from .arithmetic import divide, lerp, saturate
 
-HUES = Blend.HUE.value  # the first of the blend types of `blend_hues`
+HUES = Blend.HUE.value  # the first blend type of `blend_hues`
 
 # --- colour models ---------------------------------------------------------------------------------------------------
 
@@ -87,7 +87,7 @@ def combine(space, c):
 
 @part
 def full(mode, a, b):
-    """The result at factor 1, for blend types that are linear in the factor."""
+    """The result at factor 1, for the blend types whose result is linear in the factor."""
     if mode == Blend.MIX:
         return b
     if mode == Blend.DARKEN:
@@ -194,6 +194,6 @@ def hue_saturation_value(turn, saturation, value, t, c):
 
 @part
 def grey(c):
-    """Luminance, three times, with Cycles' digits of Rec. 709."""
+    """(Y, Y, Y) with the luminance Y, by Cycles' digits of the Rec. 709 weights."""
     x = F(0.212639) * c[0] + F(0.715169) * c[1] + F(0.072192) * c[2]
     return x, x, x

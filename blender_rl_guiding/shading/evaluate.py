@@ -8,7 +8,7 @@ from ..kernels.sampling import F, store
 from . import arithmetic, colors, geometry, procedural, sky, textures, vectors
 from .operands import value
 
-# The ops of scene.ops in upper case, by family. SHIFT is the compiler's own: the steps after it are evaluated beside the point.
+# The ops of scene.ops in upper case, by family. Only the compiler writes SHIFT: the steps after it run at a point beside the point.
 Code = IntEnum(
     "Code",
     "SHIFT POSITION NORMAL TRUE_NORMAL INCOMING BACKFACING LIGHT_PATH ATTRIBUTE OBJECT_ATTRIBUTE TANGENT TRANSFORM "
@@ -19,14 +19,14 @@ Code = IntEnum(
     "CHECKER GRADIENT WHITE_NOISE NOISE",
     start=0,
 )
-# The first op of each family; the family of the point comes before them all.
+# The first op of each family. The first family, values of the point, begins at 0.
 TEXTURES, NUMBERS, COLORS, ANGLES, PROCEDURAL = (code.value for code in (Code.IMAGE, Code.MATH, Code.LUMINANCE, Code.FRESNEL, Code.CHECKER))
 INPUTS, OPTIONS = 3, 8  # where an instruction's operands and options begin
 
 
 @part
 def thrice(x):
-    """(x, x, x), a number as a value."""
+    """(x, x, x): a number as a value of three numbers."""
     return x, x, x
 
 
@@ -158,7 +158,10 @@ def _compute(shading, point, registers, line):
 
 @part
 def run(shading, shader, point, registers):
-    """Run a shader's code at a point. Its results stay in `registers`, (256, 3) float32, the thread's own, where closures read them."""
+    """Run a shader's code at a point. The results stay in `registers`; closures read them there.
+
+    registers: (256, 3) float32, memory of this thread alone.
+    """
     here = ref(point)
     for i in range(shading.shaders[shader, 0], shading.shaders[shader, 1]):
         line = shading.code[i]

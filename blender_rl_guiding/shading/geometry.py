@@ -16,7 +16,7 @@ from .vectors import combine, cross, unit
 
 @part
 def position(shading, point):
-    """The position of the point in the world; `point.x` itself where there is no object (lamps, the world)."""
+    """The position of the point in world space; `point.x` unchanged if there is no object (lamps, the world)."""
     o = shading.origin
     return add(point.x, (o[0], o[1], o[2])) if point.object >= 0 else point.x
 
@@ -26,7 +26,7 @@ def position(shading, point):
 
 @part
 def attribute(shading, point, k):
-    """Attribute k at the point; 0 where the object lacks it, and in the world."""
+    """Attribute k at the point; 0 if the object lacks it or there is no object."""
     if point.object < 0 or shading.attribute_rows[k, point.object] == NONE:
         return F(0), F(0), F(0)
     corners = shading.attributes[shading.attribute_rows[k, point.object] + point.triangle]
@@ -41,7 +41,7 @@ def attribute(shading, point, k):
 
 @part
 def object_attribute(shading, point, k):
-    """Object attribute k of the point's object; 0 in the world."""
+    """Object attribute k of the point's object; 0 if there is no object."""
     if point.object < 0:
         return F(0), F(0), F(0)
     row = shading.object_attributes[k, point.object]
@@ -50,13 +50,13 @@ def object_attribute(shading, point, k):
 
 @part
 def axes(shading, point, x, y, z, v):
-    """v[0] X + v[1] Y + v[2] Z, where X, Y, Z are the object attributes x, y, z."""
+    """v[0] X + v[1] Y + v[2] Z, with X, Y, Z the object attributes number x, y, z."""
     return combine(object_attribute(shading, point, x), object_attribute(shading, point, y), object_attribute(shading, point, z), v)
 
 
 @part
 def tangent(shading, point, k, x, y, z):
-    """The direction of attribute k in the `axes` x, y, z, turned perpendicular to the shading normal."""
+    """Attribute k as a direction in the `axes` x, y, z, turned to be perpendicular to the shading normal."""
     direction = axes(shading, point, x, y, z, attribute(shading, point, k))
     return cross(point.n, unit(cross(direction, point.n)))
 
@@ -118,7 +118,7 @@ def layer_weight(mode, point, amount, n):
 
 @part
 def usable(n, point):
-    """n as a unit vector, turned round if the surface is seen from behind; the shading normal if n is no direction."""
+    """n / |n|, with the opposite sign if the ray arrives from behind; the shading normal if n is zero or not finite."""
     n = unit(n)
     if not dot(n, n) > F(0.5):
         return point.n
@@ -127,9 +127,9 @@ def usable(n, point):
 
 @part
 def tangent_space(shading, point, v, strength, tangent_, sign, normal):
-    """Normal map vector v in the object's space: s v.x T + s v.y B + z N, with strength s and z = lerp(1, v.z, saturate(s)).
+    """Normal map vector v in the object's space: s v.x T + s v.y B + z N, z = lerp(1, v.z, saturate(s)).
 
-    T and N are attributes, B = sign (N x T). As in Cycles, T is not normalized again after interpolation.
+    s is the strength. T and N are attributes; B = sign (N x T). As in Cycles, T is not normalized again after interpolation.
     """
     t, n = attribute(shading, point, tangent_), unit(attribute(shading, point, normal))
     bitangent = scale(cross(n, t), attribute(shading, point, sign)[0])
@@ -138,14 +138,14 @@ def tangent_space(shading, point, v, strength, tangent_, sign, normal):
 
 @part
 def bend(point, direction, strength):
-    """normalize(n + s (d - n)), the shading normal n bent towards direction d; the strength s may exceed 1."""
+    """normalize(n + s (d - n)): the shading normal n, bent towards direction d. The strength s may exceed 1."""
     n = usable(direction, point)
     return unit(add(point.n, scale(subtract(n, point.n), max(strength, F(0)))))
 
 
 @part
 def bump(point, heights, strength, distance, n):
-    """n tilted by the slope of `heights`: at the point, and at the two points beside it (see `shifted`)."""
+    """n, tilted by the slope of `heights`. heights: at the point, and at its two neighbours (see `shifted`)."""
     t, b = tangents(point.ng)
     step = bump_step(point)
     slope_t, slope_b = (heights[1] - heights[0]) / step, (heights[2] - heights[0]) / step
@@ -163,10 +163,10 @@ def bump(point, heights, strength, distance, n):
 
 @part
 def bump_step(point):
-    """The distance, in metres, between two points whose heights make a slope.
+    """The distance in metres between two points whose heights give a slope: max(2^-12 t, 2^-16 max |x_i|, 1e-7).
 
-    Seen along the ray it is a quarter of a milliradian; an ordinary pixel is a milliradian wide. It is never so small that rounding
-    of positions or texture coordinates would hide the difference.
+    t is the ray's length: 2^-12 t is a quarter of a milliradian; an ordinary pixel has one milliradian. The other terms keep the distance
+    above the rounding of positions and texture coordinates.
     """
     far = max(abs(point.x[0]), abs(point.x[1]), abs(point.x[2]))
     return max(point.distance * F(2**-12), far * F(2**-16), F(1e-7))
@@ -174,7 +174,7 @@ def bump_step(point):
 
 @part
 def moved(shading, point, positions, d):
-    """The point moved by d along its triangle's plane, also beyond its edges; `positions` is the attribute that holds the corners."""
+    """The point moved by d in the plane of its triangle, also beyond the edges. positions: number of the attribute with the corners."""
     x = add(point.x, d)
     instance = point.object - (shading.attribute_rows.shape[1] - shading.to_world.shape[0])
     if unlikely(instance >= 0):
@@ -192,6 +192,6 @@ def moved(shading, point, positions, d):
 
 @part
 def shifted(shading, point, positions, direction):
-    """The point one step along the first or second tangent of its triangle (`direction` 1 or 2)."""
+    """The point moved by `bump_step` along its triangle's first (`direction` 1) or second (2) tangent."""
     t, b = tangents(point.ng)
     return moved(shading, point, positions, scale(t if direction == 1 else b, bump_step(point)))

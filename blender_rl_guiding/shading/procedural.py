@@ -22,7 +22,7 @@ SPAN_1D, SPAN_2D, SPAN_3D = F(0.25), F(0.6616), F(0.982)  # scale noise of each 
 
 @part
 def parity(x):
-    """floor(x) mod 2, with x nudged: a whole number counts to the interval above it in spite of rounding."""
+    """floor(x + a small number) mod 2: in spite of rounding, a whole number belongs to the interval above it."""
     return np.int64(np.floor((x + F(1e-6)) * F(0.999999))) & 1
 
 
@@ -77,7 +77,7 @@ def finish(a, b, c):
 
 @part
 def hash_words(count, x, y, z):
-    """The hash of 1 to 3 words of 32 bits; those beyond `count` are 0."""
+    """The hash of the first `count` (1 to 3) words of 32 bits; the other words must be 0."""
     start = U(0xDEADBEEF + 13 + 4 * count)
     return finish(U(start + x), U(start + y), U(start + z))
 
@@ -109,7 +109,7 @@ def bits(x):
 
 @part
 def random(count, x, y, z):
-    """The hash of 1 to 3 numbers as a number in 0..1; those beyond `count` are 0."""
+    """The hash of the first `count` (1 to 3) numbers, as a number in 0..1; the other numbers must be 0."""
     return F(hash_words(count, bits(x), bits(y), bits(z))) * INCLUSIVE
 
 
@@ -126,7 +126,7 @@ def random_color(count, p, seed):
 @part
 def white_noise(mode, p, count):
     """The White Noise Texture node in `count` dimensions."""
-    # Bits are hashed: as in Cycles, 0 and -0 differ.
+    # The hash reads the bits: as in Cycles, 0 and -0 give different results.
     y, z = p[1] if count > 1 else F(0), p[2] if count > 2 else F(0)
     first = random(count, p[0], y, z)
     if mode == Result.FACTOR:
@@ -139,13 +139,13 @@ def white_noise(mode, p, count):
 
 @part
 def fade(t):
-    """6 t^5 - 15 t^4 + 10 t^3: from 0 to 1 with a continuous second derivative."""
+    """6 t^5 - 15 t^4 + 10 t^3: rises from 0 to 1, with a continuous second derivative."""
     return t * t * t * (t * (t * F(6) - F(15)) + F(10))
 
 
 @part
 def slope_1d(i, x):
-    """g x, with a random gradient g at lattice point i and the offset x from it."""
+    """g x, with a random gradient g at lattice point i, and x the offset from this lattice point."""
     h = hash_words(1, U(i), U(0), U(0))
     g = F(1) + F(h & U(7))
     return -g * x if h & U(8) else g * x
@@ -203,7 +203,7 @@ def perlin_3d(x, y, z):
 
 @part
 def noise_at(count, p, s):
-    """Noise in -1..1 at s p, 0 on the lattice. It repeats after PERIOD units: further out single precision would see no lattice."""
+    """Noise in -1..1 at s p; 0 on the lattice. Its period is PERIOD, because single precision cannot resolve the lattice further out."""
     x, y, z = np.fmod(s * p[0], PERIOD), np.fmod(s * p[1], PERIOD), np.fmod(s * p[2], PERIOD)
     if count == 1:
         return SPAN_1D * perlin_1d(x)
@@ -214,7 +214,7 @@ def noise_at(count, p, s):
 def fractal(count, p, detail, roughness, lacunarity, normalized):
     """Fractal Brownian motion: octave k of noise has scale lacunarity^k and weight roughness^k, k = 0..detail.
 
-    A fractional `detail` blends the last octave in by its fraction.
+    If `detail` is not whole, its fraction blends between the sums without and with the last octave.
     """
     whole = np.int64(detail)
     total, weight, amplitude, s = F(0), F(0), F(1), F(1)
@@ -232,7 +232,7 @@ def fractal(count, p, detail, roughness, lacunarity, normalized):
 
 @part
 def elsewhere(count, p, first):
-    """p moved to where the noise is independent. The offset of component i is a hash of (first, i); in 1D of `first` alone."""
+    """p plus an offset that makes the noise independent. Component i of the offset is a hash of (first, i); in 1D, of `first`."""
     if count == 1:
         return p[0] + F(100) + F(100) * random(1, first, F(0), F(0)), p[1], p[2]
     return (
@@ -244,7 +244,7 @@ def elsewhere(count, p, first):
 
 @part
 def distorted(count, p, strength):
-    """p moved by `strength` times noise."""
+    """p + `strength` * noise."""
     x = p[0] + strength * noise_at(count, elsewhere(count, p, F(0)), F(1))
     y = p[1] + strength * noise_at(count, elsewhere(count, p, F(1)), F(1)) if count > 1 else F(0)
     z = p[2] + strength * noise_at(count, elsewhere(count, p, F(2)), F(1)) if count > 2 else F(0)

@@ -1,6 +1,6 @@
 """Compiles the shaders of a scene to arrays for the kernels.
 
-Steps that do not depend on the point are computed here, once, by the same kernels that compute the others at every point.
+Steps that do not depend on the point are computed here, once, by the kernels that compute the other steps at every point.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ NOWHERE = Point(ZERO, ZERO, ZERO, ZERO, np.int32(-1), np.int32(-1), F(0), F(0), 
 
 
 def compile_shaders(scene: SceneData) -> Shading:
-    """All shaders as arrays, the world's last. InputError names the shader and the step that cannot be run."""
+    """All shaders as arrays; the world's shader is last. InputError names the shader and the step that cannot run."""
     shaders = (*scene.shaders, scene.world)
     for shader in shaders:
         check(shader, scene)
@@ -41,7 +41,7 @@ def compile_shaders(scene: SceneData) -> Shading:
 
 
 def compile_alone(shader: Shader, shading: Shading) -> Shading:
-    """A shader alone, with the textures, tables and attributes of `shading`."""
+    """A Shading with this shader only, and the textures, tables and attributes of `shading`."""
     return _compiled((shader,), shading)
 
 
@@ -72,7 +72,7 @@ def check(shader: Shader, scene: SceneData) -> None:
 
 
 def _bad_option(step: Instruction, limits: dict[str, int]) -> str:
-    """The first option of a step that is not below its limit, in a few words; empty if there is none."""
+    """The first option of a step that is outside 0..limit - 1, in a few words; empty if there is none."""
     for name, option in zip(OPS[step.op].options, step.options, strict=True):
         limit = limits.get(name, 2)  # an option without a limit is a flag
         if not 0 <= option < limit:
@@ -81,7 +81,7 @@ def _bad_option(step: Instruction, limits: dict[str, int]) -> str:
 
 
 def _limits(scene: SceneData) -> dict[str, int]:
-    """The number of values of each option: 0 <= option < limit."""
+    """The limit of each option, by name: 0 <= option < limit."""
     attributes, object_attributes = len(scene.attribute_rows), len(scene.object_attributes)
     return {
         **dict.fromkeys(("attribute", "tangent", "sign", "normal"), attributes),
@@ -98,7 +98,7 @@ def _limits(scene: SceneData) -> dict[str, int]:
 
 
 def _constants(shader: Shader, assets: Shading) -> dict[int, Value]:
-    """The values of the steps that are the same at every point, by step."""
+    """Step number -> value, for the steps with the same value at every point."""
     steps = constant_steps(shader)
     places = {k: Node(place) for place, k in enumerate(steps)}
     part = changed(Shader(shader.name, tuple(shader.code[k] for k in steps)), places.__getitem__)
@@ -110,7 +110,7 @@ def _constants(shader: Shader, assets: Shading) -> dict[int, Value]:
 
 @kernel
 def _run_first(shading, point, registers):
-    """Run the first shader. Arguments go by reference, as in the tracer, so that `run` is compiled once."""
+    """Run the first shader. Arguments are references, as in the tracer, so Numba compiles `run` only once."""
     run(ref(shading), np.int64(0), ref(point), registers)
 
 
@@ -118,20 +118,20 @@ class Program:
     """Collects shaders as rows of numbers."""
 
     def __init__(self) -> None:
-        self._constants: dict[tuple[float, ...], int] = {(0.0, 0.0, 0.0): 0}  # row 0: read for inputs that an op lacks
+        self._constants: dict[tuple[float, ...], int] = {(0.0, 0.0, 0.0): 0}  # row 0: for operand columns without an input
         self._code: list[list[int]] = []
         self._closures: list[list[int]] = []
         self._shaders: list[tuple[int, int, int, int]] = []
 
     def add(self, shader: Shader, registers: list[int]) -> None:
-        """Append a shader whose k-th step writes registers[k]."""
+        """Append a shader. Step k writes to register registers[k]."""
         code, closures = len(self._code), len(self._closures)
         self._code += [self._step(step, register, registers) for step, register in zip(shader.code, registers, strict=True)]
         self._closures += [self._closure(closure, registers) for closure in shader.closures]
         self._shaders.append((code, len(self._code), closures, len(self._closures)))
 
     def into(self, assets: Shading) -> Shading:
-        """The assets with this program."""
+        """`assets` with the fields of this program."""
         closures = np.array(self._closures, np.int32).reshape(-1, CLOSURE_COLUMNS)
         constants = np.array(list(self._constants), np.float32)
         program = assets._replace(
@@ -141,8 +141,8 @@ class Program:
             constants=constants,
             **closure_inputs(closures, constants),
         )
-        for array in program:  # Numba compiles anew if one of them changes between writeable and not
-            array.setflags(write=array is program.inputs)  # `gather` returns these or the registers, which are written to
+        for array in program:  # Numba compiles again if an array is writeable in one call, and not in another
+            array.setflags(write=array is program.inputs)  # `gather` returns `inputs` or registers, and registers are writeable
         return program
 
     def _step(self, step: Instruction, register: int, registers: list[int]) -> list[int]:
@@ -164,7 +164,7 @@ class Program:
 
 
 def closure_inputs(closures: np.ndarray, constants: np.ndarray) -> dict[str, np.ndarray]:
-    """The fields inputs, varying and first_varying of Shading, which `bsdf.inputs.gather` reads."""
+    """The fields `inputs`, `varying` and `first_varying` of Shading; `bsdf.inputs.gather` reads them."""
     operands = closures[:, 1:]
     row, column = np.nonzero((operands < 0) & (operands != NONE))
     return {
@@ -182,7 +182,7 @@ def _padded(numbers: list[int], length: int) -> list[int]:
 
 
 def _assets(scene: SceneData, bumps: bool) -> Shading:
-    """A Shading without code: the textures, tables and attributes of the scene. With `bumps` the last attribute is the position."""
+    """A Shading without code: textures, tables and attributes of the scene. bumps: add the position as the last attribute."""
     objects = len(scene.visibility)
     table = scene.attribute_rows.reshape(len(scene.attribute_rows), objects)
     rows = np.where(table < 0, NONE, table - first_triangles(scene))
@@ -210,7 +210,7 @@ def _assets(scene: SceneData, bumps: bool) -> Shading:
 
 
 def _texels(textures: tuple[Texture, ...]) -> dict[str, np.ndarray]:
-    """The fields textures, bytes and floats of Shading: all textures, one after another."""
+    """The fields `textures`, `bytes` and `floats` of Shading, with the texels of one texture after another."""
     table, ends = np.zeros((len(textures), 6), np.int64), {np.dtype(np.uint8): 0, np.dtype(np.float32): 0}
     for row, texture in zip(table, textures, strict=True):
         height, width, _ = texture.texels.shape

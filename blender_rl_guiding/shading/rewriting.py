@@ -1,4 +1,4 @@
-"""Passes over shader code before it becomes arrays: each takes a shader and returns a shader."""
+"""Rewrites a shader before it becomes arrays. Each function takes a shader and returns a shader."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -7,26 +7,26 @@ from ..errors import InputError
 from ..scene.description import CLOSURES, Closure, Instruction, Node, Shader, Value
 from ..scene.ops import OPS
 
-NORMAL = Node(0)  # every shader's first step, once it has been through `with_normal`
-# Most steps of one shader and of all shaders (some 10 s), bumps included. A bump computes the steps of its height twice more.
+NORMAL = Node(0)  # the first step of every shader after `with_normal`
+# Most steps of one shader, and of all shaders (some 10 s), bumps included. A bump repeats the steps of its height twice.
 MOST_STEPS, MOST_STEPS_OF_ALL = 1 << 16, 1 << 19
 Change = Callable[[int], Value]
-# Inputs of a Principled BSDF: those that put layers on its diffuse base; then those of the base and of its emission, by their names in
-# the closures "diffuse" and "emission".
+# Inputs of a Principled BSDF. First: the weights of layers above the diffuse base. Then: the inputs of the base and of the emission, by
+# their names in the closures "diffuse" and "emission".
 _ABOVE_THE_BASE = "metallic", "transmission", "specular_ior_level", "coat_weight", "sheen_weight"
 _BASE = {"color": "base_color", "roughness": "diffuse_roughness", "normal": "normal"}
 _LIGHT = {"color": "emission_color", "strength": "emission_strength"}
 
 
 def with_normal(shader: Shader) -> Shader:
-    """The shader with the shading normal as its first step, and as the normal of each step that has none."""
+    """The shader with a new first step, the shading normal. This step becomes the normal of each step without a normal."""
     moved = changed(shader, lambda index: Node(index + 1))
     code = (step if len(step.inputs) == len(OPS[step.op].inputs) else replace(step, inputs=(*step.inputs, NORMAL)) for step in moved.code)
     return replace(moved, code=(Instruction("normal"), *code))
 
 
 def constant_steps(shader: Shader) -> list[int]:
-    """The steps whose values are the same at every point."""
+    """The numbers of the steps with the same value at every point."""
     found: set[int] = set()
     for k, step in enumerate(shader.code):
         if OPS[step.op].pure and found.issuperset(_steps(step.inputs)):
@@ -35,19 +35,19 @@ def constant_steps(shader: Shader) -> list[int]:
 
 
 def with_constants(shader: Shader, values: dict[int, Value]) -> Shader:
-    """The shader with known values in place of references to their steps. The steps stay, but nothing reads them."""
+    """The shader with values[k] in place of each reference to step k. The steps stay, but nothing reads them."""
     return changed(shader, lambda index: values.get(index, Node(index)))
 
 
 def without_idle_steps(shader: Shader) -> Shader:
-    """The shader without the steps that no closure depends on."""
+    """The shader without the steps that no closure needs."""
     needed = sorted(_ancestors(shader.code, _read_by_closures(shader), through_bumps=True))
     places = {k: Node(place) for place, k in enumerate(needed)}
     return changed(replace(shader, code=tuple(shader.code[k] for k in needed)), places.__getitem__)
 
 
 def with_simpler_closures(shader: Shader) -> Shader:
-    """The shader with diffuse reflection and emission in place of each Principled BSDF that is nothing else."""
+    """The shader in which "diffuse" and "emission" replace each Principled BSDF that has no other lobe."""
     return replace(shader, closures=tuple(simpler for closure in shader.closures for simpler in _simpler(closure)))
 
 
@@ -66,15 +66,15 @@ def _renamed(kind: str, closure: Closure, inputs: dict[str, Value | None], names
 
 
 def _number(value: Value | None, otherwise: float) -> float:
-    """The number of an input that is constant; `otherwise` if it varies."""
+    """The number of a constant input; `otherwise` if the input varies."""
     return value[0] if isinstance(value, tuple) else value if isinstance(value, float) else otherwise
 
 
 def with_bumps(shader: Shader, positions: int) -> Shader:
-    """The shader with the height of each bump computed at three points: at the point, and at the two of `geometry.shifted`.
+    """The shader that computes the height of each bump at three points: the point, and the two of `geometry.shifted`.
 
-    `positions` is the attribute that holds the corners of triangles. A bump within the height of another is not shifted.
-    InputError if there are too many steps.
+    positions: number of the attribute with the corners of triangles. A bump inside the height of another bump is not computed at
+    shifted points. InputError if there are too many steps.
     """
     code: list[Instruction] = []
     places: dict[int, Value] = {}
@@ -94,7 +94,7 @@ def with_bumps(shader: Shader, positions: int) -> Shader:
 
 
 def _beside(steps: list[tuple[int, Instruction]], places: dict[int, Value], shift: tuple[int, int], code: list[Instruction]) -> Value:
-    """Append `steps` to `code` once more, to be run at the shifted point; returns the value of the last."""
+    """Append copies of `steps` to `code`, which run at the shifted point. Returns the value of the last copy."""
     code.append(Instruction("shift", options=shift))
     copies = dict(places)
     for k, step in steps:
@@ -105,7 +105,7 @@ def _beside(steps: list[tuple[int, Instruction]], places: dict[int, Value], shif
 
 
 def allocate(shader: Shader) -> tuple[list[int], int]:
-    """The register of each step, and the number of registers. A register is free again after the last read of its value."""
+    """(register of each step, number of registers). A register becomes free after the last read of its value."""
     last = {k: len(shader.code) for k in _read_by_closures(shader)}
     for k, step in reversed(list(enumerate(shader.code))):
         for index in _steps(step.inputs):
@@ -119,7 +119,7 @@ def allocate(shader: Shader) -> tuple[list[int], int]:
             free.append(count)
             count += 1
         registers.append(free.pop())
-        if last.get(k, k) == k:  # nobody reads it
+        if last.get(k, k) == k:  # no step reads the value
             free.append(registers[k])
     return registers, count
 
@@ -157,7 +157,7 @@ def _read_by_closures(shader: Shader) -> list[int]:
 
 
 def _ancestors(code: tuple[Instruction, ...], starts: Iterable[int], through_bumps: bool) -> set[int]:
-    """The steps that `starts` depend on, `starts` included."""
+    """The steps that `starts` depend on, and `starts`. through_bumps: also the steps that a bump depends on."""
     found: set[int] = set()
     todo = list(starts)
     while todo:

@@ -6,15 +6,15 @@ from ..kernels import part
 from ..kernels.sampling import F, add, dot, scale, subtract
 from .textures import INTERPOLATE, ramp
 
-LIMB = F(0.6)  # share of light that the disc's edge lacks, compared with its middle
+LIMB = F(0.6)  # 1 - brightness of the disc's edge / brightness of its middle
 
 
 @part
 def sun_disc(tables, d, sky, elevation, size, intensity, table, hides):
-    """The colour of `sky` in direction d with the disc of a sun above +y; the other arguments as in `scene.ops`."""
+    """The colour of `sky` with the disc of a sun, in direction d. The sun is above +y; for the arguments see `scene.ops`."""
     sun = (F(0), math.cos(elevation), math.sin(elevation))
     aside, along = subtract(d, sun), add(d, sun)
-    # The angle to the sun is 2 arctan(|d - sun| / |d + sun|): accurate for the smallest angles.
+    # The angle to the sun is 2 arctan(|d - sun| / |d + sun|), which is accurate for very small angles, too.
     reach = math.tan(F(0.25) * size)
     if dot(aside, aside) >= reach * reach * dot(along, along):
         return sky

@@ -14,7 +14,7 @@ CODES, SRGB_CODES, FLOATS = range(3)  # kinds of texels: 8 bits, 8 bits in sRGB,
 OUTSIDE = -1
 TILE, REST = 4, 5  # columns of the table of textures
 U = np.uint32
-# Typed like options from code: Numba would compile the functions that take them anew for each literal.
+# int32, like the options in shader code: for literals, Numba would compile the functions that read them again.
 REPEAT, PACKED, PREMULTIPLIED = np.int32(Extension.REPEAT), np.int32(Alpha.PACKED), np.int32(Alpha.PREMULTIPLIED)
 HOLD, INTERPOLATE = np.int32(0), np.int32(1)
 
@@ -23,7 +23,7 @@ HOLD, INTERPOLATE = np.int32(0), np.int32(1)
 
 @part
 def decode(c):
-    """Linear light from an sRGB code in 0..1."""
+    """The linear value of an sRGB code in 0..1."""
     if c < F(0.04045):
         return max(c, F(0)) * F(1 / 12.92)
     return ((c + F(0.055)) * F(1 / 1.055)) ** F(2.4)
@@ -31,7 +31,7 @@ def decode(c):
 
 @part
 def place(i, size, extension):
-    """The texel, 0..size-1, that `extension` puts at i, or OUTSIDE."""
+    """The index of the texel, 0..size-1, at place i by the rule `extension`; OUTSIDE if there is none."""
     if 0 <= i < size:
         return i
     if extension == Extension.REPEAT:
@@ -52,7 +52,7 @@ def multiplies(alpha):
 
 @part
 def byte_texel(row, alpha):
-    """RGBA of a texel of 8 bits; Cycles multiplies the codes by alpha as whole numbers, rounding down."""
+    """RGBA of an 8-bit texel, in 0..1. As in Cycles, codes times alpha are rounded down to whole numbers."""
     r, g, b, a = U(row[0]), U(row[1]), U(row[2]), U(row[3])
     if multiplies(alpha):
         r, g, b = U(r * a // U(255)), U(g * a // U(255)), U(b * a // U(255))
@@ -70,7 +70,7 @@ def float_texel(row, alpha):
 
 @part
 def texel(shading, texture, x, y, alpha):
-    """RGBA of one texel as it is stored, times its own alpha if it `multiplies`; (x, y) counts from the bottom left."""
+    """RGBA of the texel (x, y) from the bottom left, not decoded. Colours are times the texel's alpha if `multiplies`."""
     if x == OUTSIDE or y == OUTSIDE:
         return F(0), F(0), F(0), F(0)
     width, height = shading.textures[texture, 1], shading.textures[texture, 2]
@@ -88,7 +88,7 @@ def between(p, q, t):
 
 @part
 def bilinear(shading, texture, x, y, extension, alpha):
-    """RGBA at (x, y), in texels from the bottom left: stored texels, interpolated bilinearly, not decoded."""
+    """RGBA at (x, y), by bilinear interpolation of texels that are not decoded. (x, y): in texels, from the bottom left."""
     x0, y0 = np.floor(x - F(0.5)), np.floor(y - F(0.5))
     s, t = x - F(0.5) - x0, y - F(0.5) - y0
     width, height = shading.textures[texture, 1], shading.textures[texture, 2]
@@ -101,9 +101,9 @@ def bilinear(shading, texture, x, y, extension, alpha):
 
 @part
 def find_tile(shading, texture, u, v):
-    """The tile at (u, v) of the image whose first tile is `texture`, and (u, v) within it; OUTSIDE if there is none.
+    """(tile, u, v within the tile) at (u, v) of a tiled image. texture: its first tile. The tile is OUTSIDE if there is none.
 
-    As in Cycles, tiles at the left and lower edge extend by one, to negative coordinates.
+    As in Cycles, tiles at the left and lower edge also cover the coordinates from -1 to 0.
     """
     if not (F(-1) < u < F(10) and F(-1) < v < F(100)):
         return np.int64(OUTSIDE), u, v
@@ -158,7 +158,7 @@ def image_alpha(shading, uv, texture, extension, interpolation):
 
 @part
 def equirectangular(d):
-    """(u, v) of unit vector d on a map of longitude and latitude: +x in the middle, -y a quarter of the width to the right."""
+    """(u, v) of unit vector d on a map of longitude and latitude. +x is in the middle, -y a quarter of the width to its right."""
     return F(0.5) - F(0.5) * INV_PI * math.atan2(d[1], d[0]), F(1) - INV_PI * math.acos(min(max(d[2], F(-1)), F(1)))
 
 
@@ -173,9 +173,9 @@ def mirror_ball(d):
 
 @part
 def horizon(d, rows):
-    """(u, v) of vector d on a map whose rows gather at the horizon (`Projection.HORIZON`); v ends at the middle of the outermost rows.
+    """(u, v) of vector d on a map with more rows near the horizon (`Projection.HORIZON`). rows: the map's number of rows.
 
-    As in Cycles d is not normalized: the elevation is arcsin(z).
+    v is clamped to the middles of the first and last row. As in Cycles, d is not normalized: the elevation is arcsin(z).
     """
     e = F(2) * INV_PI * math.asin(min(max(d[2], F(-1)), F(1)))
     half_row = F(0.5) / F(rows)
@@ -200,7 +200,7 @@ def environment(shading, direction, texture, projection, interpolation):
 
 @part
 def table_value(tables, table, column, x, interpolate, extrapolate):
-    """A table over 0..1 at x. Beyond its ends it is constant, or with `extrapolate` a straight line."""
+    """The value at x of a table over 0..1. Outside 0..1 it is constant, or with `extrapolate` a straight line."""
     last = tables.shape[1] - 1
     s = (x if extrapolate else saturate(x)) * F(last)
     i = min(max(np.int64(s), 0), last - 1 if interpolate else last)
@@ -227,7 +227,7 @@ def ramp_alpha(tables, x, table, interpolate):
 
 @part
 def curves(tables, t, c, table, extrapolate):
-    """The RGB Curves node, its curves already combined."""
+    """The RGB Curves node. Each column of the table is a channel's curve, combined with the common curve."""
     return (
         lerp(c[0], table_value(tables, table, 0, c[0], INTERPOLATE, extrapolate), t),
         lerp(c[1], table_value(tables, table, 1, c[1], INTERPOLATE, extrapolate), t),

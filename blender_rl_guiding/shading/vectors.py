@@ -10,7 +10,7 @@ from ..kernels.sampling import F, add, dot, multiply, normalize, scale, subtract
 from ..scene.ops import Mapping, VectorMath
 from .arithmetic import divide, number_math
 
-BY_COMPONENTS = VectorMath.TANGENT.value  # the last operation that Math has, too, by the same number
+BY_COMPONENTS = VectorMath.TANGENT.value  # the last operation that Math has too, with the same number
 
 
 @part
@@ -21,13 +21,13 @@ def cross(a, b):
 
 @part
 def unit(a):
-    """The unit vector along a; zero stays zero."""
+    """a / |a|; 0 for a = 0."""
     return normalize(a) if dot(a, a) > F(0) else a
 
 
 @part
 def refract(a, n, eta):
-    """Direction a refracted at a surface of unit normal n, for eta = ior in front of it / ior behind it; zero for total reflection."""
+    """Direction a, refracted at a surface with unit normal n. eta: ior in front / ior behind. 0 for total reflection."""
     cosine = dot(n, a)
     k = F(1) - eta * eta * (F(1) - cosine * cosine)
     if k < F(0):
@@ -55,7 +55,7 @@ def _vector(mode, a, b, c, factor):
 
 @part
 def vector_math(mode, a, b, c, factor):
-    """The Vector Math node. A result that is one number is given three times."""
+    """The Vector Math node. If the result is one number x, it is (x, x, x)."""
     if mode <= BY_COMPONENTS:
         return number_math(mode, a[0], b[0], c[0]), number_math(mode, a[1], b[1], c[1]), number_math(mode, a[2], b[2], c[2])
     if mode == VectorMath.DOT_PRODUCT:

@@ -1,1 +1,1 @@
-"""The scene as kernels see it: rays from the camera, and where they hit."""
+"""Rays in kernels: from the camera, and their hits with the scene's triangles."""

@@ -12,12 +12,12 @@ from ..scene.description import CameraKind
 
 _KINDS = get_args(CameraKind)
 PERSPECTIVE, ORTHOGRAPHIC, PANORAMA, HEMISPHERE = range(len(_KINDS))
-_FILTERS = {"box": 1.0, "blackman_harris": 2.0, "gaussian": 3.0}  # factor from the width that is set to the one that Cycles samples
+_FILTERS = {"box": 1.0, "blackman_harris": 2.0, "gaussian": 3.0}  # width that Cycles samples / width in the settings
 _FILTER_CELLS = 1024
 
 
 class Lens(NamedTuple):
-    """A camera as the kernels see it."""
+    """A camera as arrays and numbers for the kernels."""
 
     kind: int
     axes: np.ndarray  # (4, 3) float32: right, up, backward, position from the scene's origin
@@ -30,7 +30,7 @@ class Lens(NamedTuple):
     blades: int
     blade_rotation: np.float32
     aperture_ratio: np.float32
-    filter: np.ndarray  # (1, n) float32, cumulative distribution of the pixel filter over its width
+    filter: np.ndarray  # (1, n) float32, cumulative distribution of the pixel filter, in n steps over its width
     filter_width: np.float32  # pixels
 
 
@@ -60,7 +60,7 @@ def lens(scene: SceneData) -> Lens:
 
 
 def filter_cdf(kind: str) -> np.ndarray:
-    """(1, n) float32, the cumulative distribution of sample offsets along one axis, over the whole width of the filter."""
+    """The cumulative distribution of sample offsets along one axis, (1, n) float32, in n equal steps over the filter's width."""
     x = (np.arange(_FILTER_CELLS) + 0.5) / _FILTER_CELLS
     if kind == "gaussian":
         weight = np.exp(-2 * (6 * (x - 0.5)) ** 2)
@@ -74,7 +74,7 @@ def filter_cdf(kind: str) -> np.ndarray:
 
 @part
 def _filtered(lens, u):
-    """Offset from the pixel's centre, in pixels. Its density is the filter, so all samples have the same weight."""
+    """A sample's offset from the pixel's centre, pixels. The density is the filter, so all samples have the same weight."""
     cells = lens.filter.shape[1]
     cell = pick(lens.filter, 0, cells, u)
     below = lens.filter[0, cell - 1] if cell > 0 else F(0)
@@ -88,12 +88,12 @@ def _aperture(lens, u, v):
     if lens.blades < 3:
         r, (x, y) = math.sqrt(u), circle(v)
         return r * x, r * y
-    # A triangle between the centre and two neighbouring corners.
+    # Pick a triangle between the centre and two neighbouring corners.
     corner = np.floor(u * F(lens.blades))
     u = u * F(lens.blades) - corner
     r = math.sqrt(u)
     step = TWO_PI / F(lens.blades)
-    a, b = F(1) - r, v * r  # barycentric: centre, second corner
+    a, b = F(1) - r, v * r  # barycentric coordinates of the centre and the second corner
     c = F(1) - a - b
     first, second = lens.blade_rotation + corner * step, lens.blade_rotation + (corner + F(1)) * step
     return b * math.cos(second) + c * math.cos(first), b * math.sin(second) + c * math.sin(first)
@@ -111,9 +111,9 @@ def _to_world(lens, p):
 
 @part
 def camera_ray(lens, px, py, u, v, lens_u, lens_v):
-    """A ray through pixel (px, py): origin, unit direction, nearest and farthest distance; positions from the scene's origin.
+    """A ray through pixel (px, py): (origin relative to the scene's origin, unit direction, nearest distance, farthest distance).
 
-    u, v choose a point in the pixel's filter, lens_u, lens_v one on the aperture; all are uniform in [0, 1).
+    u, v pick a point in the pixel's filter. lens_u, lens_v pick a point on the aperture. All four are uniform in [0, 1).
     """
     x = lens.corner[0] + (F(px) + F(0.5) + _filtered(lens, u)) * lens.pixel[0]
     y = lens.corner[1] + (F(py) + F(0.5) + _filtered(lens, v)) * lens.pixel[1]

@@ -10,13 +10,13 @@ import llvmlite.binding
 import numpy as np
 from numba import types
 
-_TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # of Embree's enumerations
+_TRIANGLE_GEOMETRY, _INDEX_BUFFER, _VERTEX_BUFFER, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003  # values of Embree's enumerations
 _INSTANCE_ARRAY, _TRANSFORM_BUFFER, _FLOAT3X4_ROW_MAJOR = 122, 23, 0x9134
 _BUILD_QUALITY_HIGH = 2
 _EVERY_RAY = 0xFFFFFFFF
 
 _pointer, _size = ctypes.c_void_p, ctypes.c_size_t
-_library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # has the symbols of the Embree that it is linked to, too
+_library = ctypes.CDLL(embreex.rtcore_scene.__file__)  # this library is linked to Embree, so Embree's functions are found in it
 _SIGNATURES = {
     "rtcNewDevice": (_pointer, (ctypes.c_char_p,)),
     "rtcGetDeviceError": (ctypes.c_int, (_pointer,)),
@@ -49,16 +49,16 @@ def new_device_and_scene() -> tuple[int, int]:
 
 
 def release(scene: int, device: int) -> None:
-    """Free both."""
+    """Free the RTCScene and the RTCDevice."""
     _library.rtcReleaseScene(scene)
     _library.rtcReleaseDevice(device)
 
 
 def triangles(device: int, corners: np.ndarray, numbers: np.ndarray) -> int:
-    """An RTCGeometry of triangles. Embree does not copy the arrays, which must outlive it.
+    """An RTCGeometry of triangles. Embree does not copy the arrays: they must live longer than the geometry.
 
-    corners: (T, 3) int32, indices of vertices; numbers: (3 V + 1,) float32, the vertices and one more number, because Embree reads 16
-    bytes of the last vertex, too.
+    corners: (T, 3) int32, indices of vertices. numbers: (3 V + 1,) float32, the vertices and one more number, because Embree reads 16
+    bytes of every vertex, also of the last one.
     """
     geometry = _library.rtcNewGeometry(device, _TRIANGLE_GEOMETRY)
     _library.rtcSetSharedGeometryBuffer(geometry, _INDEX_BUFFER, 0, _UINT3, corners.ctypes.data, 0, 12, len(corners))
@@ -67,7 +67,7 @@ def triangles(device: int, corners: np.ndarray, numbers: np.ndarray) -> int:
 
 
 def instances(device: int, mesh: int, matrices: np.ndarray) -> int:
-    """An RTCGeometry that shows the RTCScene `mesh` once per matrix, (I, 3, 4) float32. Embree does not copy these."""
+    """An RTCGeometry with one instance of the RTCScene `mesh` per matrix, (I, 3, 4) float32. Embree does not copy the matrices."""
     geometry = _library.rtcNewGeometry(device, _INSTANCE_ARRAY)
     _library.rtcSetGeometryInstancedScene(geometry, mesh)
     _library.rtcSetSharedGeometryBuffer(geometry, _TRANSFORM_BUFFER, 0, _FLOAT3X4_ROW_MAJOR, matrices.ctypes.data, 0, 48, len(matrices))
@@ -75,7 +75,7 @@ def instances(device: int, mesh: int, matrices: np.ndarray) -> int:
 
 
 def scene_of(device: int, geometry: int) -> int:
-    """An RTCScene of one geometry, ready for rays. All rays see it: the masks are those of its instances."""
+    """An RTCScene of one geometry, ready for rays. All rays see the scene; the masks of its instances limit this."""
     scene = _library.rtcNewScene(device)
     attach(scene, geometry, _EVERY_RAY)
     commit(scene)
@@ -83,7 +83,7 @@ def scene_of(device: int, geometry: int) -> int:
 
 
 def attach(scene: int, geometry: int, seen: int) -> None:
-    """Give a geometry to a scene, visible to the kinds of rays in the mask `seen`. The scene owns it from then on."""
+    """Give a geometry to a scene, which owns the geometry from now on. seen: mask of the kinds of rays that see it."""
     _library.rtcSetGeometryMask(geometry, seen)
     _library.rtcCommitGeometry(geometry)
     _library.rtcAttachGeometry(scene, geometry)
@@ -97,10 +97,10 @@ def commit(scene: int) -> None:
 
 
 def failure(device: int) -> int:
-    """The number of the first error since the last call, or 0."""
+    """The code of the first error since the last call of this function; 0 if there was none."""
     return _library.rtcGetDeviceError(device)
 
 
 def let_go(scene: int) -> None:
-    """Give up a scene: its instances own it from now on."""
+    """Release the scene. From now on only its instances own it."""
     _library.rtcReleaseScene(scene)

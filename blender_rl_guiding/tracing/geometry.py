@@ -1,6 +1,6 @@
-"""Casts rays against triangles, by Embree from inside the kernels, and gives the surface at a hit.
+"""Casts rays against triangles, and computes the surface at a hit. Kernels call Embree.
 
-`embree` declares the calls; docs/decisions/0006, 0012 and 0015 give the reasons.
+`embree` declares the calls. Reasons: docs/decisions/0006, 0012 and 0015.
 """
 
 import math
@@ -18,44 +18,44 @@ from . import embree
 from .placing import normal_to_world, placing_error, point_to_world
 
 RAY_WORDS = 24  # words of 4 bytes in an RTCRayHit, its padding included
-# The word of each member: the ray's origin (0) and tnear, direction and time, tfar, mask, id, flags; the hit's normal, u, v, triangle,
-# geometry, array of instances, place in it.
+# The word where each member of RTCRayHit begins. Ray: origin (0) and tnear, direction and time, tfar, mask, id, flags. Hit: normal, u, v,
+# triangle, geometry, array of instances, place in this array.
 NEAR, DIRECTION, FAR, MASK, FLAGS, NORMAL, U, V, TRIANGLE, GEOMETRY, INSTANCES, PLACE = 3, 4, 8, 9, 11, 12, 15, 16, 17, 18, 19, 20
 
 
 class Rays(NamedTuple):
-    """One thread's RTCRayHit, seen as float32 and as int32."""
+    """The RTCRayHit of one thread: the same memory as float32 and as int32."""
 
     floats: np.ndarray  # (24,) float32, aligned to 16 bytes
     words: np.ndarray  # (24,) int32, the same memory
 
 
 class Surface(NamedTuple):
-    """The triangles as kernels see them."""
+    """The triangles as arrays for the kernels."""
 
     embree: int  # address of the RTCScene
     first: np.ndarray  # (G,) int32, first triangle of each of Embree's geometries
-    first_object: np.ndarray  # (G,) int32, object of the first instance of each geometry that is an array of instances, else 0
+    first_object: np.ndarray  # (G,) int32, for each geometry: object of its first instance; 0 if it has no instances
     placed: int  # index of the first object that is an instance
-    to_world: np.ndarray  # (I, 3, 4) float32, of each instance, from its mesh's space to positions from the scene's origin
-    vertices: np.ndarray  # (V, 3) float32, from the scene's origin; those of meshes in their own space
+    to_world: np.ndarray  # (I, 3, 4) float32, for each instance: from its mesh's space to positions relative to the scene's origin
+    vertices: np.ndarray  # (V, 3) float32, relative to the scene's origin; vertices of meshes are in the space of the mesh
     triangles: np.ndarray  # (T, 3) int32
     normal: np.ndarray  # (T, 3, 3) float32, unit shading normal at each corner
     smooth: np.ndarray  # (T,) bool, whether any corner's normal differs from the triangle's own
-    error: np.ndarray  # (T,) float32, by how much rays start off the triangle: a bound on the rounding of its points
+    error: np.ndarray  # (T,) float32, distance of a ray's start from the triangle: a bound on the rounding of its points
     material: np.ndarray  # (T,) int32
     object: np.ndarray  # (W,) int32, object of each triangle in world space
 
 
 class Geometry:
-    """The scene's triangles in Embree, for as long as this object lives. Any number of threads may cast rays at once.
+    """The scene's triangles in Embree, as long as this object lives. Several threads may cast rays at the same time.
 
-    InputError if Embree cannot hold them.
+    InputError if Embree cannot hold the triangles.
     """
 
     def __init__(self, scene: SceneData) -> None:
-        self._scene = scene  # Embree reads its triangles where they are
-        self._numbers = np.zeros(scene.vertices.size + 1, F)  # Embree reads 16 bytes of the last vertex, too
+        self._scene = scene  # keeps the scene's arrays alive: Embree reads its triangles without a copy
+        self._numbers = np.zeros(scene.vertices.size + 1, F)  # one more number: Embree reads 16 bytes of the last vertex, too
         vertices = self._numbers[:-1].reshape(-1, 3)
         vertices[:] = scene.vertices
         vertices[: world_vertices(scene)] -= scene.origin
@@ -90,7 +90,7 @@ class Geometry:
         )
 
     def _attach_triangles(self, device: int, handle: int) -> list[int]:
-        """One geometry for each run of triangles that the same kinds of rays see; returns their first triangles."""
+        """Attach one geometry for each run of triangles with equal visibility. Returns the first triangle of each geometry."""
         seen = seen_by(self._scene.visibility, MESHES)[self._scene.object]
         found = list(runs(seen))
         for start, end in found:
@@ -98,9 +98,9 @@ class Geometry:
         return [start for start, _ in found]
 
     def _attach_instances(self, device: int, handle: int) -> tuple[list[int], list[int]]:
-        """One geometry for each run of instances of a mesh that the same kinds of rays see.
+        """Attach one geometry for each run of instances with equal mesh and visibility.
 
-        Returns the first triangles of their meshes, and the objects of their first instances.
+        Returns, for each geometry, (first triangle of its mesh, object of its first instance), as two lists.
         """
         scene, objects = self._scene, placed(self._scene)
         seen = seen_by(scene.visibility, MESHES)[objects:]
@@ -121,7 +121,7 @@ class Geometry:
 
 @kernel
 def measure(vertices, triangles, normals, smooth, error):
-    """Write `smooth`, whether corner normals differ from the face's by more than rounding, and `error`, the bound of `_rounding`."""
+    """Write `smooth` and `error` of each triangle. smooth: whether a corner's normal differs from the face's. error: `_rounding`."""
     for i in range(triangles.shape[0]):
         p, n = triangles[i], normals[i]
         a, b, c = vector(vertices, p[0]), vector(vertices, p[1]), vector(vertices, p[2])
@@ -132,11 +132,11 @@ def measure(vertices, triangles, normals, smooth, error):
 
 @part
 def _rounding(a, e, f):
-    """A bound on the distance of a triangle's points, as `hit_point` gives them, from its plane, as Embree has it.
+    """A bound on the distance between a triangle's points from `hit_point` and the triangle's plane in Embree.
 
-    The triangle has a corner a and from there the edges e and f; n = e x f. The first term bounds the rounding of positions along the
-    normal: 2^-22 sum_i |n_i| (max |corner_i| + |e_i| + |f_i|) / |n|. The second bounds the tilt of a sliver's plane, by the rounding of
-    e x f. Both are about twice what was found to be needed (decision 12).
+    The triangle has the corner a, the edges e and f from a, and n = e x f. The first term bounds the rounding of positions along the
+    normal: 2^-22 sum_i |n_i| (max |corner_i| + |e_i| + |f_i|) / |n|. The second term bounds the tilt of a sliver's plane by the rounding
+    of e x f. Both are about twice the largest measured need (docs/decisions/0012).
     """
     a, e, f = _doubled(a), _doubled(e), _doubled(f)
     n = cross(e, f)
@@ -163,7 +163,7 @@ def _differ(a, b):
 
 
 def rays() -> Rays:
-    """Memory for one thread's rays."""
+    """Memory for the rays of one thread, aligned to 16 bytes."""
     memory = np.zeros(RAY_WORDS + 4, np.float32)
     floats = memory[-memory.ctypes.data % 16 // 4 :][:RAY_WORDS]
     return Rays(floats, floats.view(np.int32))
@@ -182,28 +182,28 @@ def _prepare(rays, origin, direction, near, far, kind):
 
 @part
 def closest(surface, rays, origin, direction, near, far, kind):
-    """The index of the first triangle along a ray that its `kind` of rays sees, or -1.
+    """The index of the first triangle on a ray that rays of this `kind` see; -1 if there is none.
 
-    `rays` then holds distance (FAR), barycentrics (U, V), and the normal by winding, not unit, in the triangle's own space (NORMAL).
+    Writes to `rays`: distance (FAR), barycentrics (U, V), and the normal by winding, not unit, in the triangle's own space (NORMAL).
     """
     _prepare(rays, origin, direction, near, far, kind)
     rays.words[GEOMETRY] = -1
     rays.words[INSTANCES] = -1
     embree.intersect(surface.embree, rays.floats.ctypes.data, 0)
-    geometry = max(rays.words[GEOMETRY], rays.words[INSTANCES])  # at an instance GEOMETRY is 0: a mesh's scene has but one
+    geometry = max(rays.words[GEOMETRY], rays.words[INSTANCES])  # at an instance GEOMETRY is 0: the scene of a mesh has one geometry
     return surface.first[geometry] + rays.words[TRIANGLE] if geometry >= 0 else np.int32(-1)
 
 
 @part
 def object_hit(surface, rays, triangle):
-    """The object of the hit in `rays`, which is on this triangle."""
+    """The object of the hit in `rays`. triangle: the triangle of the hit."""
     instances = rays.words[INSTANCES]
     return surface.object[triangle] if instances < 0 else np.int32(surface.first_object[instances] + rays.words[PLACE])
 
 
 @part
 def occluded(surface, rays, origin, direction, far, kind):
-    """Whether anything visible to this kind of rays stands within `far`."""
+    """Whether the ray hits, within the distance `far`, a triangle that rays of this `kind` see."""
     _prepare(rays, origin, direction, F(0), far, kind)
     embree.occluded(surface.embree, rays.floats.ctypes.data, 0)
     return rays.floats[FAR] < F(0)
@@ -213,7 +213,7 @@ def occluded(surface, rays, origin, direction, far, kind):
 def shading_normal(surface, triangle, u, v, face_normal):
     """The interpolated unit normal at barycentrics u, v, in the space of the triangle.
 
-    It is `face_normal` if the triangle is flat, or if its corners' normals cancel.
+    The result is `face_normal` if the triangle is flat, or if the normals of its corners cancel.
     """
     if not surface.smooth[triangle]:
         return face_normal
@@ -225,9 +225,9 @@ def shading_normal(surface, triangle, u, v, face_normal):
 
 @part
 def facing(surface, rays, triangle, object_, ray):
-    """Unit shading and geometric normal of the hit in `rays`, on the side that the ray comes from, and whether that is the back.
+    """(n, ng, whether the ray arrives from behind) of the hit in `rays`. n, ng: unit shading and geometric normal.
 
-    ray: its direction. The normals are in world space.
+    Both normals are in world space, on the side of the triangle where the ray comes from. ray: direction of the ray.
     """
     ng = normalize((rays.floats[NORMAL], rays.floats[NORMAL + 1], rays.floats[NORMAL + 2]))
     n = shading_normal(surface, triangle, rays.floats[U], rays.floats[V], ng)
@@ -241,7 +241,7 @@ def facing(surface, rays, triangle, object_, ray):
 
 @part
 def corners_of(surface, triangle, object_):
-    """The corners a, b, c of a triangle of an object, from the scene's origin, and the shading normals there."""
+    """The corners a, b, c of an object's triangle, relative to the scene's origin, and the shading normals at them."""
     (a, b, c), normals = _own_corners(surface, triangle), surface.normal[triangle]
     n_a, n_b, n_c = vector(normals, 0), vector(normals, 1), vector(normals, 2)
     if unlikely(object_ >= surface.placed):
@@ -260,9 +260,9 @@ def _own_corners(surface, triangle):
 
 @part
 def hit_point(surface, triangle, object_, u, v):
-    """The point of a triangle at barycentrics u, v, from the scene's origin, and a bound on its rounding: rays start that far off it.
+    """(x, error): the point of a triangle at barycentrics u, v, relative to the scene's origin, and a bound on its rounding.
 
-    It is not computed as origin + t direction, whose error grows with t.
+    Rays start at the distance `error` from x. x is not computed as origin + t direction, because the error of that grows with t.
     """
     a, b, c = _own_corners(surface, triangle)
     x, error = add(a, add(scale(subtract(b, a), u), scale(subtract(c, a), v))), surface.error[triangle]
@@ -274,5 +274,5 @@ def hit_point(surface, triangle, object_, u, v):
 
 @part
 def off_surface(x, side, error):
-    """x + error side: point x of a triangle, moved along the unit vector `side` by the bound on its rounding."""
+    """x + error * side, for x and error from `hit_point` and a unit vector `side`."""
     return add(x, scale(side, error))

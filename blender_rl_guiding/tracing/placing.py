@@ -1,4 +1,4 @@
-"""Transforms at a hit on an instance: points and normals from its mesh's space to the world, steps along the surface back.
+"""Transforms at a hit on an instance: points and normals from mesh space to world space, steps from world space to mesh space.
 
 `matrices` is (I, 3, 4) float32, `instance_to_world` of the scene. A is the left 3 x 3 of instance i's matrix.
 """
@@ -22,11 +22,11 @@ def point_to_world(matrices, i, p):
 
 @part
 def placing_error(matrices, i, p, error):
-    """A bound on the distance in the world, by rounding, of point p of instance i's mesh from the point that Embree hits.
+    """A bound on the rounding between point p of instance i's mesh, in world space, and the point that Embree hits.
 
-    `error` is the bound in the mesh's space. Embree transforms the ray to that space; there and back, products of the matrix cancel
-    against its translation. For all matrices tried this costs less than 2^-22 times the sum of their sizes. The bound is twice that,
-    as in `geometry.measure`.
+    error: the bound in mesh space. Embree transforms the ray to mesh space. In both directions, products of the matrix cancel against
+    its translation. In tests of many matrices this cost less than 2^-22 times the sum of their sizes. The bound is twice that, as in
+    `geometry.measure`.
     """
     m, size, squares = matrices[i], F(0), F(0)
     for row in range(3):
@@ -37,7 +37,7 @@ def placing_error(matrices, i, p, error):
 
 @part
 def normal_to_world(matrices, i, n):
-    """The unit normal along A^-T n in the world, for normal n of instance i's mesh; A^-T = cofactors(A) / det A."""
+    """normalize(A^-T n), A^-T = cofactors(A) / det A: normal n of instance i's mesh, in world space."""
     a, b, c = _rows(matrices, i)
     x, y, z = cross(b, c), cross(c, a), cross(a, b)
     turned = dot(x, n), dot(y, n), dot(z, n)
@@ -46,7 +46,7 @@ def normal_to_world(matrices, i, n):
 
 @part
 def step_to_mesh(matrices, i, d):
-    """A^-1 d: a difference d of points in the world, in the space of instance i's mesh."""
+    """A^-1 d: a vector d between two world points, in the space of instance i's mesh."""
     a, b, c = _rows(matrices, i)
     x, y, z = cross(b, c), cross(c, a), cross(a, b)
     over = F(1) / dot(a, x)

@@ -1,7 +1,7 @@
-"""Where shadow rays start on smooth surfaces, so that the triangles beneath do not show at the terminator.
+"""The start of shadow rays on smooth surfaces. It hides the triangles of the mesh at the terminator.
 
-A coarse mesh with smooth normals stands for a curved surface that bulges over its triangles. The triangles would cut off grazing light
-in steps, so a grazing ray starts on the curved surface. The rules are those of Cycles, with its default threshold.
+A coarse mesh with smooth normals represents a curved surface, which bulges over the triangles. The triangles would block grazing light
+in steps, so a grazing ray starts on the curved surface. The rules are those of Cycles, with Cycles' default threshold.
 """
 
 import math
@@ -10,15 +10,15 @@ from ..kernels import part
 from ..kernels.sampling import F, add, dot, normalize, scale, subtract
 from .geometry import corners_of, off_surface
 
-GRAZING = F(0.1)  # cosine below which rays start further up
+GRAZING = F(0.1)  # cosine below which rays start on the curved surface
 
 
 @part
 def shadow_ray(surface, triangle, object_, u, v, x, error, n, ng, wi, distance):
-    """The shadow ray from x to the point at `distance` along wi: its origin, unit direction and distance.
+    """The shadow ray from x to the light's point: (origin, unit direction, distance).
 
-    x, error: from `hit_point`, at barycentrics u, v of a triangle of an object; n, ng: shading and geometric normal, from `facing`.
-    `distance` counts from x moved off the surface along ng.
+    x, error: from `hit_point`, at barycentrics u, v of an object's triangle. n, ng: shading and geometric normal, from `facing`.
+    The light's point is x + error ng + distance wi.
     """
     above = off_surface(x, ng, error)
     upwards = dot(n, wi) > F(0)
@@ -37,20 +37,26 @@ def shadow_ray(surface, triangle, object_, u, v, x, error, n, ng, wi, distance):
 
 @part
 def share(cosine, geometric):
-    """The share of the bulge that lifts a ray: 0 to 1, continuous in its cosines with the shading and the geometric normal."""
+    """The share of the bulge, 0 to 1, that lifts a ray. cosine, geometric: the ray's cosines with shading and geometric normal.
+
+    The share is continuous in both cosines.
+    """
     near = F(2) - (geometric + cosine) / GRAZING if cosine < GRAZING else F(1) - geometric / GRAZING
     return min(max(near, F(0)), F(1))
 
 
 @part
 def bulge(surface, triangle, object_, u, v, outside):
-    """The vector from a point of a triangle to the curved surface that its normals describe, where that lies outside of it."""
+    """The vector from a point of a triangle to the curved surface of its normals; 0 where that surface is inside.
+
+    outside: unit geometric normal, on the side of the ray.
+    """
     a, b, c, n_a, n_b, n_c = corners_of(surface, triangle, object_)
     w = F(1) - u - v
     between = add(add(scale(n_a, w), scale(n_b, u)), scale(n_c, v))
     if dot(between, outside) < F(0):
         n_a, n_b, n_c, between = scale(n_a, F(-1)), scale(n_b, F(-1)), scale(n_c, F(-1)), scale(between, F(-1))
-    # Each edge is the chord of a parabola whose slope changes from end to end as the normals do.
+    # Each edge is the chord of a parabola. The parabola's slope changes from one end to the other as the normals do.
     parabolas = w * u * _turn(a, b, n_a, n_b) + u * v * _turn(b, c, n_b, n_c) + v * w * _turn(c, a, n_c, n_a)
     x = add(add(scale(a, w), scale(b, u)), scale(c, v))
     planes = min(_below(x, a, b, c, n_a), _below(x, b, c, a, n_b), _below(x, c, a, b, n_c))
@@ -65,6 +71,6 @@ def _turn(a, b, n_a, n_b):
 
 @part
 def _below(x, a, b, c, n):
-    """The distance of x below the plane of normal n through the corner that lies highest along n."""
+    """The distance of x below a plane with normal n. The plane goes through the corner that is highest along n."""
     over = max(dot(subtract(b, a), n), dot(subtract(c, a), n), F(0))
     return max(dot(subtract(a, x), n) + over, F(0))

@@ -1,4 +1,4 @@
-"""A Blender inside the test process: an empty scene for each test, and export through a render, as F12 does it."""
+"""A Blender inside the test process: an empty scene for each test, and export through a render, as by F12."""
 
 from collections.abc import Callable, Iterator
 
@@ -66,13 +66,13 @@ def run(scene: bpy.types.Scene, exported: list) -> Export:
 
 @pytest.fixture
 def new_material(scene: bpy.types.Scene) -> Callable[[str], bpy.types.Material]:
-    """Makes materials with only an output in the node tree."""
+    """Makes materials whose node tree has only an output."""
     return _new_material
 
 
 @pytest.fixture
 def paint() -> Iterator[bpy.types.Material]:
-    """Such a material in the open file. Most tests of materials need no scene: making one takes longer than the test."""
+    """A material of `new_material` in the open file. Most tests of materials need no scene: making a scene takes longer than the test."""
     yield _new_material("Paint")
     bpy.data.batch_remove([*bpy.data.materials, *bpy.data.images, *bpy.data.node_groups])
 

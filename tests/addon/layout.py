@@ -7,7 +7,7 @@ import bpy
 
 
 class Layout:
-    """A layout with one list of all that is drawn, in order, rows, columns and boxes included."""
+    """A layout that lists all drawn items in order, also those in rows, columns and boxes."""
 
     def __init__(self, drawn: list | None = None, parent: "Layout | None" = None) -> None:
         self.drawn: list[SimpleNamespace] = [] if drawn is None else drawn
@@ -62,7 +62,7 @@ def context(scene: bpy.types.Scene, engine: str = "RL_GUIDED", **more: Any) -> S
 
 
 def drawn(panel: type, where: SimpleNamespace) -> Layout:
-    """The layout that a registered panel draws. The panel polls for the context."""
+    """The layout that a registered panel draws. The panel's `poll` must accept the context."""
     assert panel.poll(where)
     layout = Layout()
     panel.draw(SimpleNamespace(layout=layout, **{name: value for name, value in vars(panel).items() if not name.startswith("_")}), where)

@@ -15,7 +15,7 @@ from blender_rl_guiding.scene.data import SceneData
 Export = Callable[[], SceneData]
 Source = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]  # makes nodes, and returns the output to compare
 TRIANGLE = 3  # the triangle that is compared
-SHIFT = 10.0  # light cannot be negative
+SHIFT = 10.0  # added, because light cannot be negative
 
 
 def node(kind: str, output: str, **settings: object) -> Source:
@@ -98,7 +98,7 @@ def seen_by_cycles(exported: SceneData, scene: bpy.types.Scene, path: Path) -> n
 
 
 def exported_there(exported: SceneData) -> np.ndarray:
-    """The value of the only attribute at the middle of the first object's triangle."""
+    """The value of the scene's only attribute, at the middle of the first object's triangle TRIANGLE."""
     if len(exported.object_attributes):
         return exported.object_attributes[0, 0]
     ((row,),) = exported.attribute_rows
@@ -211,7 +211,7 @@ def test_only_the_objects_that_ask_bring_rows_and_instances_share_them(run: Expo
         other = bpy.data.objects.new("Same", thing.data)
         other.location.x = x
         bpy.context.scene.collection.objects.link(other)
-    bpy.ops.mesh.primitive_cube_add()  # without a material
+    bpy.ops.mesh.primitive_cube_add()  # a cube without a material
     exported = run()
     assert sorted(exported.attribute_rows[0].tolist()) == [-1, 0, 12, 12]  # the first has modifiers, so it has its own mesh
     assert len(exported.attributes) == 24
@@ -240,7 +240,7 @@ def test_what_an_instance_without_area_lacks_is_not_taken_from_the_others(run: E
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_tangents_are_those_of_mikktspace(scene: bpy.types.Scene, smooth: bool):
-    """On triangles Blender computes the same tangents. Cycles also passes triangles."""
+    """On triangles Blender computes the same tangents. Cycles, too, gives triangles to MikkTSpace."""
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3)
     thing = bpy.context.object
     if smooth:

@@ -1,4 +1,4 @@
-"""Blender's panels with this engine, and panels for Cycles' settings. Unregistering the add-on restores all."""
+"""Blender's panels with this engine, and panels for Cycles' settings. After the add-on is unregistered, all is as before."""
 
 from collections.abc import Iterator
 

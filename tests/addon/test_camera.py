@@ -15,7 +15,7 @@ from blender_rl_guiding.scene.description import Bounces, Camera, Film
 
 Export = Callable[[], SceneData]
 POINTS = np.random.default_rng(3).uniform(-1, 1, (20, 3)) + np.array([0, 5, 0])
-SHIFT = 10.0  # light cannot be negative
+SHIFT = 10.0  # added, because light cannot be negative
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_a_scaled_parent_does_not_change_what_is_seen(run: Export, scene: bpy.ty
 def test_the_percentage_scales_the_resolution(run: Export, scene: bpy.types.Scene, camera: bpy.types.Object):
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 100, 60, 50
     assert_agrees(run, scene)
-    scene.render.resolution_x = 101  # half a pixel is dropped, as in every engine
+    scene.render.resolution_x = 101  # half of it is 50.5: every engine drops the half pixel
     assert (run().camera.width, run().camera.height) == (50, 30)
 
 
@@ -93,7 +93,7 @@ def directions(camera: Camera) -> np.ndarray:
 
 
 def cycles_directions(scene: bpy.types.Scene, path: Path) -> np.ndarray:
-    """The same by Cycles, with a world that shows the direction."""
+    """The directions (H, W, 3) in Cycles, from the image of a world whose colour is the direction."""
     tree = scene.world.node_tree
     coordinate, shifted = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeVectorMath")
     shifted.inputs[1].default_value = (SHIFT,) * 3
@@ -177,7 +177,7 @@ def test_depth_of_field(run: Export, camera: bpy.types.Object, kind: str, apertu
 
 
 def test_the_focus_object_counts_along_the_view(run: Export, scene: bpy.types.Scene, camera: bpy.types.Object):
-    camera.rotation_euler, camera.location = (math.pi / 2, 0, 0), (0, 1, 0)  # along y
+    camera.rotation_euler, camera.location = (math.pi / 2, 0, 0), (0, 1, 0)  # the camera looks along y
     camera.data.dof.use_dof, camera.data.dof.focus_object = True, bpy.data.objects["Cube"]
     bpy.data.objects["Cube"].location = (3, 5, 7)
     assert run().camera.focus == pytest.approx(4)

@@ -1,4 +1,4 @@
-"""Export through a render, frame after frame: the scene's settings, and names of any bytes."""
+"""Export through a render, one frame after another: the scene's settings, and names with arbitrary bytes."""
 
 import json
 import os
@@ -69,7 +69,7 @@ def save_with_bad_name(what: str, scene: bpy.types.Scene, material: bpy.types.Ma
 
 @pytest.fixture
 def untouched() -> Iterator[None]:
-    """Resets Blender. After a test that opens a file, it would call each later file changed, even a saved one."""
+    """Resets Blender. Otherwise, after a test that opens a file, Blender reports every later file as changed, even after saving."""
     yield
     bpy.ops.wm.read_factory_settings(use_empty=True)
 

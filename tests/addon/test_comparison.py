@@ -1,4 +1,4 @@
-"""Comparing methods in Blender: the list, the runs, what stays in the file; and commands that end in the same bits."""
+"""Comparing methods in Blender: the list of methods, the runs, and the data kept in the file. Commands give the same bits."""
 
 import json
 import os
@@ -34,7 +34,7 @@ SMALL = QTable(recorded=3000, cells=4)
 
 @pytest.fixture
 def lit(scene: bpy.types.Scene, own_references: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[bpy.types.Scene]:
-    """A cube under a grey world in a saved file, with a comparison of three methods that is soon done."""
+    """A cube under a grey world in a saved file, with a short comparison of three methods."""
     bpy.ops.mesh.primitive_cube_add(location=(0, 0, -4), rotation=(0.5, 0.4, 0.3))
     monkeypatch.setattr(environment, "python", lambda: Path(sys.executable))
     scene.render.engine = "RL_GUIDED"
@@ -76,7 +76,7 @@ def test_a_comparison_comes_back_into_the_file_and_stays_there(lit: bpy.types.Sc
     assert Path(comparison.page).read_text(encoding="utf-8").startswith("<!doctype html>")
     assert len(bpy.data.scenes) == 1
     comparison.spp = 4
-    assert bpy.ops.rl_guided.compare() == {"FINISHED"}  # again: nothing is rendered twice, no image is doubled
+    assert bpy.ops.rl_guided.compare() == {"FINISHED"}  # the second time renders nothing, and adds no image
     assert {path: path.stat().st_mtime_ns for path in runs} == runs
     assert not [image.name for image in bpy.data.images if image.name.endswith(".001")]
     _slots_hold(scene, tmp_path)
@@ -91,7 +91,7 @@ def _exported(run: Export, scene: bpy.types.Scene):
 
 
 def _slots_hold(scene: bpy.types.Scene, folder: Path) -> None:
-    """All images are in slots of their names, bit for bit, and the render settings are the user's again."""
+    """All images are in slots of the same names, bit for bit. The render settings are again those of the user."""
     before = {name: getattr(scene.render, name) for name in ("engine", "resolution_x", "resolution_percentage", "use_compositing")}
     assert bpy.ops.rl_guided.to_slots() == {"FINISHED"}
     assert {name: getattr(scene.render, name) for name in before} == before
@@ -236,7 +236,7 @@ def test_menus_are_saved_by_numbers_that_never_change(scene: bpy.types.Scene):
     assert workspace.NAME == "Compare"
 
 
-OLD = Path(__file__).with_name("comparison-0.1.blend")  # saved by Blender 4.5 before the properties followed from `Comparison`
+OLD = Path(__file__).with_name("comparison-0.1.blend")  # saved by Blender 4.5, before the properties were made from `Comparison`
 
 
 def test_a_file_of_an_earlier_version_has_its_comparisons(exported: list):

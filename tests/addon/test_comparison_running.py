@@ -1,4 +1,4 @@
-"""Work in steps beside the user's, and the chosen pixel."""
+"""A comparison runs in steps while the user works. Also: the chosen pixel."""
 
 import json
 import time
@@ -66,7 +66,7 @@ NOTES = ("takes 90 GB of memory", "goes on from sample 7", "FAILED: table")
 
 @pytest.fixture
 def telling(tmp_path: Path) -> Path:
-    """A renderer that tells something, waits for a sign, and dies."""
+    """A renderer that sends a notice, waits for a file, and dies."""
     told = [{"event": "ready", "version": __version__}, *({"event": "note", "text": note} for note in NOTES)]
     lines = "\n".join(map(json.dumps, told))
     wait = f"n=0; while [ ! -e {tmp_path}/go -a $n -lt 1500 ]; do sleep 0.02; n=$((n+1)); done"
@@ -104,7 +104,7 @@ def test_a_command_prints_each_note_at_once(telling: Path, monkeypatch: pytest.M
     def say(text: str, *file: object) -> None:
         said(text, *file)
         if text == NOTES[-1]:
-            (telling.parent / "go").touch()  # the renderer does not die before
+            (telling.parent / "go").touch()  # only now the renderer dies
 
     monkeypatch.setattr(commands, "say", say)
     with pytest.raises(InputError, match="too little memory"):

@@ -1,4 +1,4 @@
-"""The coverage list names objects and render settings that the bundle leaves out, and things that cannot be read."""
+"""The coverage list names objects and settings that the bundle leaves out, and things that the exporter cannot read."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -76,7 +76,7 @@ def test_light_linking_of_what_shines(run: Export, plane: bpy.types.Object, new_
 
 def test_shadow_terminators(run: Export, plane: bpy.types.Object):
     plane.cycles.shadow_terminator_geometry_offset = 0.25
-    assert lines(run()) == []  # it has no effect on a flat surface
+    assert lines(run()) == []  # the setting has no effect on a flat surface
     plane.data.shade_smooth()
     plane.cycles.shadow_terminator_offset = 0.5
     settings = ("geometry offset 0.25: 0.1", "shading offset 0.5: 0")
@@ -184,7 +184,7 @@ def test_the_world_is_not_listed_where_nothing_sees_it(run: Export, scene: bpy.t
 
 @pytest.fixture
 def linked(tmp_path: Path) -> Path:
-    """A file with two cubes: one linked from a file that is gone, one with drivers, one of them in Python."""
+    """A file with two cubes. One is linked from a file that does not exist. The other has drivers, one of them in Python."""
     library, path = str(tmp_path / "library.blend"), tmp_path / "linked.blend"
     bpy.ops.mesh.primitive_cube_add()
     cube = bpy.context.object

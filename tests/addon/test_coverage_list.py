@@ -67,7 +67,7 @@ def test_check_scene_sees_what_renders_see(foggy: bpy.types.Scene):
 
 
 def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
-    """Even though it looks at other frames."""
+    """Check Scene reads other frames, and yet changes nothing."""
     foggy.render.use_motion_blur = True
     bpy.data.objects["Plane"].driver_add("location", 0).driver.expression = "frame"
     foggy.frame_set(5)
@@ -86,7 +86,7 @@ def test_check_scene_changes_nothing(foggy: bpy.types.Scene, tmp_path: Path):
     before = state()
     assert [loss.object for loss in check(foggy)[0]] == ["Scene", "Fog", "Plane"]
     assert state() == before
-    assert bpy.app.version < (5, 0) or before[2] is False  # before 5.0 the bpy module calls every file changed
+    assert bpy.app.version < (5, 0) or before[2] is False  # before 5.0 the bpy module reports every file as changed
 
 
 def test_check_scene_is_no_render_to_others(foggy: bpy.types.Scene):

@@ -39,7 +39,7 @@ def test_instances_with_ids(
 
 
 def test_instancers_without_a_geometry(run: Export, scene: bpy.types.Scene, paint: bpy.types.Material):
-    """An Empty that shows a collection: alone, and on points with the attribute."""
+    """An Empty shows a collection: the Empty alone, and the Empty on points that have the attribute."""
     attribute = node(paint.node_tree, "ShaderNodeAttribute", into=put(paint, "ShaderNodeBsdfDiffuse").inputs["Color"])
     attribute.attribute_type, attribute.attribute_name = "INSTANCER", "tint"
     bpy.ops.mesh.primitive_cube_add()

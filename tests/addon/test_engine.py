@@ -177,7 +177,7 @@ def test_a_fault_of_the_add_on_is_a_line_and_no_black_picture(
         bpy.ops.render.render()
     with pytest.raises(InputError, match="RL Guided Capture failed: TypeError: no such thing"):
         captured(lit)
-    assert capfd.readouterr().err.count("Traceback") == 2  # for the developer
+    assert capfd.readouterr().err.count("Traceback") == 2  # tracebacks are for the developer
 
 
 def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -186,7 +186,7 @@ def test_a_temporary_folder_that_is_not_there_is_a_line(lit: bpy.types.Scene, tm
         f12(lit, tmp_path)
 
 
-@pytest.mark.parametrize("room", [100, 3000])  # bytes in a file: too few for the scene, and too few for an image
+@pytest.mark.parametrize("room", [100, 3000])  # largest size of a file, bytes: too small for the scene; too small for an image
 def test_no_space_left_is_a_line_and_leaves_nothing(room: int, lit: bpy.types.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(leftovers.tempfile, "tempdir", str(tmp_path))
     write(lit.rl_guiding, SETTINGS)
@@ -220,7 +220,7 @@ def test_esc_while_the_scene_is_read_ends_the_render(lit: bpy.types.Scene, monke
 
 
 def test_esc_is_heard_while_another_blender_is_waited_for(lit: bpy.types.Scene, monkeypatch: pytest.MonkeyPatch):
-    """The code that waits gets the function `stop`. Tests of skies show what it does then."""
+    """The waiting code gets the function `stop`. Tests of skies show its effect."""
     waited = []
 
     def stop() -> bool:

@@ -1,4 +1,4 @@
-"""The add-on finds the renderer's Python and shows its missing parts, whatever that Python is or does."""
+"""The add-on finds the renderer's Python and shows the missing parts, whatever this Python is or does."""
 
 import json
 import sys
@@ -29,7 +29,7 @@ def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def choose(monkeypatch: pytest.MonkeyPatch):
-    """Sets the preference. Only an installed add-on has it."""
+    """Sets the preference with the path of the Python. Only an installed add-on has this preference."""
 
     def set_to(path: str) -> None:
         entry = SimpleNamespace(preferences=SimpleNamespace(python=path))
@@ -40,7 +40,7 @@ def choose(monkeypatch: pytest.MonkeyPatch):
 
 
 def point_to(path: Path, script: str = "") -> Path:
-    """Announce a stand-in for a Python."""
+    """Write the path of a stand-in for a Python where the add-on looks for it."""
     if script:
         path.write_text(f"#!/bin/sh\n{script}\n")
         path.chmod(0o755)
@@ -125,7 +125,7 @@ def test_one_that_hangs_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_window_does_not_wait(exported: list, tmp_path: Path):
-    """Check as the button does, and call the timer's function by hand."""
+    """Start the check like the button, then call the timer's function by hand."""
     point_to(tmp_path / "python", f"while [ ! -e {tmp_path}/go ]; do sleep 0.02; done; {says(WHOLE)}")
     preferences.start()
     try:

@@ -1,4 +1,4 @@
-"""Meshes, instances, normals and material slots are exported as a render sees them, each exactly once."""
+"""Meshes, instances, normals and material slots are exported as in a render, each exactly once."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -234,7 +234,7 @@ def test_an_object_without_faces_leaves_no_trace(run: Export):
 
 
 def test_the_triangles_are_those_that_blender_shows(run: Export):
-    """The exporter reads them from Blender's memory. The slow, official way gives the same."""
+    """The exporter reads triangles from Blender's memory. The slow, official way gives the same triangles."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=9, ring_count=5)
     mesh = bpy.context.object.data
     mesh.calc_loop_triangles()

@@ -173,7 +173,7 @@ def test_instances_look_like_copies(both: Callable, thing: bpy.types.Object, sce
     assert np.isclose(ours.image, theirs.image, rtol=0.02, atol=1e-3).all(axis=2).mean() > 0.9
     assert ours.image[hit].mean() == pytest.approx(theirs.image[hit].mean(), rel=0.01)
     bare = replace(kept, object_attributes=0 * kept.object_attributes)
-    assert not np.allclose(ours.image, render(bare, Render(spp=4, nee=True, max_bounces=3)).image, atol=0.1)  # object colours count
+    assert not np.allclose(ours.image, render(bare, Render(spp=4, nee=True, max_bounces=3)).image, atol=0.1)  # object colours matter
 
 
 def test_visibility_is_that_of_each_instance(both: Callable, thing: bpy.types.Object):
@@ -247,7 +247,7 @@ def test_a_scene_of_nothing_but_instances(both: Callable, thing: bpy.types.Objec
 
 
 def test_meshes_none_of_whose_instances_can_be_read_are_left_out(both: Callable, thing: bpy.types.Object):
-    """Before and after a sound mesh, which stays as it is."""
+    """The unreadable meshes are before and after a sound mesh, which is exported."""
     tree, left_out = thing.data.materials[0].node_tree, []
     attribute = node(tree, "ShaderNodeAttribute", into=tree.nodes["Principled BSDF"].inputs["Metallic"], output="Fac")
     attribute.attribute_type, attribute.attribute_name = "OBJECT", "tint"

@@ -127,7 +127,7 @@ def test_nodes_that_vary_are_a_shader(run: Export, add: Add, lamp: str, kind: st
 
 
 def test_lamps_do_not_know_the_kind_of_a_ray(run: Export, add: Add):
-    """Measured in Cycles."""
+    """So it is in Cycles, as measured."""
     strength(add("POINT"), "LightPath", "Is Camera Ray")
     assert run().lamps == ()
 

@@ -1,4 +1,4 @@
-"""Values pass groups, reroutes and muted nodes as in Cycles."""
+"""Values pass through groups, reroutes and muted nodes as in Cycles."""
 
 from typing import Any
 

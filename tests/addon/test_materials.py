@@ -1,4 +1,4 @@
-"""Shader nodes become Cycles' closures. Whatever has no equivalent is reported by name."""
+"""Shader nodes become Cycles' closures. Nodes without an equivalent are reported by name."""
 
 from collections.abc import Callable
 from typing import Any

@@ -14,7 +14,7 @@ DIFFUSE, EMISSION, GLOSSY = "ShaderNodeBsdfDiffuse", "ShaderNodeEmission", "Shad
 
 
 def mixed(material: bpy.types.Material, factor: Any, first: Any, second: Any) -> bpy.types.Node:
-    """A Mix Shader as the surface."""
+    """A Mix Shader, linked to the surface."""
     mix = put(material, "ShaderNodeMixShader", Factor=factor)
     for shader, socket in ((first, mix.inputs[1]), (second, mix.inputs[2])):
         if shader is not None:

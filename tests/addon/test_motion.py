@@ -1,4 +1,4 @@
-"""Motion during the exposure is listed, from any source. Still objects are not."""
+"""The coverage list names motion during the exposure, whatever its cause. It does not name still objects."""
 
 import tracemalloc
 from collections.abc import Callable
@@ -149,7 +149,7 @@ def test_things_of_one_name(run: Export, scene: bpy.types.Scene, cube: bpy.types
 
 
 def test_a_mesh_that_cannot_be_read(run: Export, scene: bpy.types.Scene, cube: bpy.types.Object, monkeypatch: pytest.MonkeyPatch):
-    """It is still known where it is."""
+    """The exporter still knows the mesh's place."""
 
     def fails(*_: object) -> None:
         raise RuntimeError("no data")

@@ -1,4 +1,4 @@
-"""Each node becomes its steps. Groups, reroutes and muted nodes are followed as in Cycles."""
+"""Each node becomes steps of shader code. Groups, reroutes and muted nodes work as in Cycles."""
 
 from typing import Any
 
@@ -123,7 +123,7 @@ def test_types_are_converted(paint: bpy.types.Material, tree: bpy.types.NodeTree
     assert only(read(paint)[0]).inputs["color"] == 0.5
 
 
-# --- what comes from outside -----------------------------------------------------------------------------------------
+# --- values from outside the tree ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -233,7 +233,7 @@ def test_normal_maps(paint: bpy.types.Material, tree: bpy.types.NodeTree, space:
 
 def test_bump(paint: bpy.types.Material, tree: bpy.types.NodeTree):
     bump = probe(tree, "ShaderNodeBump", Strength=0.5, Distance=2)
-    assert color(paint) == ("normal",)  # without a height
+    assert color(paint) == ("normal",)  # there is no height
     bump.invert = True
     node(tree, "ShaderNodeTexGradient", into=bump.inputs["Height"])
     node(tree, "ShaderNodeNormalMap", into=bump.inputs["Normal"], Color=A).space = "WORLD"

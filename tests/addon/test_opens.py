@@ -69,7 +69,7 @@ def _curve(kind: str, depth: float) -> Callable[[], None]:
 
 
 GREASE_PENCILS = "grease_pencils" if bpy.app.version >= (5, 0) else "grease_pencils_v3"
-# The function that makes it, whether it gives triangles, whether it is listed.
+# (function that makes the object, whether the object gives triangles, whether the coverage list names it).
 KINDS: dict[str, tuple[Callable[[], object], bool, bool]] = {
     "no vertices": (_mesh(0), False, False),
     "one vertex": (_mesh(1), False, False),
@@ -108,7 +108,7 @@ EDITABLE = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LATTICE", "ARMATURE"}
 
 
 def test_each_kind_of_object(run: Export, scene: bpy.types.Scene):
-    """Each is alone in the image, first in object mode, then in edit mode. Its material reads an attribute of the mesh."""
+    """Each object is alone in the image, first in object mode, then in edit mode. Its material reads an attribute of the mesh."""
     material = bpy.data.materials.new("Paint")
     if bpy.app.version < (5, 0):
         material.use_nodes = True
@@ -151,11 +151,11 @@ def test_what_is_changed_in_edit_mode_is_in_the_image(run: Export, plane: bpy.ty
     assert bpy.context.object.mode == "EDIT"
 
 
-# --- what cannot be read ---------------------------------------------------------------------------------------------
+# --- objects that cannot be read -------------------------------------------------------------------------------------
 
 
 def alone(scene: SceneData, line: str) -> bool:
-    """Whether the only line says that the plane is left out, and the cube's triangles are there."""
+    """Whether the coverage list has one line, which says that the plane is left out, and the scene has the cube's triangles."""
     return lines(scene) == [f"Plane, : left out, as it cannot be read: {line}"] and len(scene.triangles) == 12
 
 
@@ -210,7 +210,7 @@ def test_an_attribute_with_numbers_that_are_not_finite(run: Export, beside: bpy.
 def test_whatever_else_blender_says_of_an_object(
     run: Export, beside: bpy.types.Object, paint: bpy.types.Material, error: Exception, monkeypatch: pytest.MonkeyPatch
 ):
-    """Also if the error comes when half of it is read."""
+    """The error may also come when half of the object is read."""
     node(paint.node_tree, "ShaderNodeUVMap", into=put(paint, "ShaderNodeBsdfDiffuse").inputs["Color"])
     beside.data.materials.append(paint)
 

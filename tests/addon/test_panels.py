@@ -1,4 +1,4 @@
-"""The panels are made from the settings: each setting is in one panel, of chosen variants only, with a readable label."""
+"""Panels are made from the settings. Each setting of a chosen variant is in one panel, with a readable label."""
 
 from typing import get_args
 
@@ -17,14 +17,14 @@ GUIDES = [*(guide() for guide in get_args(Guide)), *(DQN(encoder=variant()) for 
 
 
 def shown(scene: bpy.types.Scene) -> dict[str, list[str]]:
-    """By panel name: the settings that each visible panel draws, as paths below the scene's settings."""
+    """Panel name -> settings that the panel draws, as paths below the scene's settings, for each visible panel."""
     where = context(scene)
     visible = {panel.bl_idname: drawn(panel, where) for panel in panels._PANELS if panel.poll(where)}
     return {name: [_path(one.owner, one.name) for one in layout.drawn if one.kind == "prop"] for name, layout in visible.items()}
 
 
 def _path(owner: bpy.types.PropertyGroup, name: str) -> str:
-    """dqn.encoder for rl_guiding.guide_dqn.encoder, as `flat.flags` has it."""
+    """The name in `flat.flags`: dqn.encoder for rl_guiding.guide_dqn.encoder."""
     group = owner.path_from_id().rpartition(".")[2]
     return name if group == "rl_guiding" else f"{group.partition('_')[2]}.{name}"
 

@@ -1,4 +1,4 @@
-"""Presets, built in and the user's: applied in one step, and other settings stay."""
+"""Presets, both built-in ones and the user's: applying one is a single undo step, and other settings stay."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Settings as properties of Blender: same defaults, same limits, and no loss when set, read or saved."""
+"""Settings as Blender's properties have the same defaults and limits. Setting, reading and saving lose nothing."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The Sky Texture: the picture that is requested, the textures made of it, and a cache that is correct and optional."""
+"""The Sky Texture: the requested picture, the textures made from the picture, and a cache that is correct and optional."""
 
 import math
 import subprocess
@@ -232,7 +232,7 @@ def test_the_usual_color_is_that_of_a_new_node(world: bpy.types.World, monkeypat
     found = sky.read_sky(made)
     edges = np.linspace(-1, 1, len(found.picture) + 1)
     share = np.diff(np.sin(np.copysign(edges**2, edges) * np.pi / 2)) / 2
-    sun = found.disc.mean(axis=0) * 0.8 * math.sin(found.size / 4) ** 2  # the edge is 0.6 darker, which takes a fifth away
+    sun = found.disc.mean(axis=0) * 0.8 * math.sin(found.size / 4) ** 2  # the edge is darker by 0.6: the disc's mean is 0.8 of its middle
     assert sky.usual_color(made) == pytest.approx(share @ found.picture[::-1].mean(axis=1) + sun, rel=0.01)
 
 

@@ -1,4 +1,4 @@
-"""Paths in a .blend from a stranger: nothing is written or opened where the user does not expect it."""
+"""Paths in a .blend from a stranger: the add-on writes and opens no file in a place that the user does not expect."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Ramps, curves and the Blackbody node become tables if they vary, with Blender's values."""
+"""Ramps, curves and the Blackbody node become tables with Blender's values, if their input varies."""
 
 import bpy
 import numpy as np
@@ -31,8 +31,8 @@ def test_a_ramp_is_a_table(paint: bpy.types.Material, tree: bpy.types.NodeTree, 
 
 def test_curves_are_tables_of_the_combined_curve_first(paint: bpy.types.Material, tree: bpy.types.NodeTree):
     mapping = probe(tree, "ShaderNodeRGBCurve", Color=A).mapping
-    mapping.curves[3].points[1].location.y = 0.5  # combined: halves
-    mapping.curves[1].points[0].location.y = 1  # green: 1
+    mapping.curves[3].points[1].location.y = 0.5  # the combined curve halves values
+    mapping.curves[1].points[0].location.y = 1  # the green curve is 1
     resources = Resources()
     assert color(paint, resources) == ("curves", (0, 1), (1.0, a))
     t = np.linspace(0, 1, TABLE_SIZE) / 2
@@ -55,7 +55,7 @@ def test_a_float_curve(paint: bpy.types.Material, tree: bpy.types.NodeTree):
     assert resources.tables[0, :, 0] == pytest.approx(np.linspace(0, 1, TABLE_SIZE), abs=1e-3)
 
 
-HOT = {1000: (4.6021, 0.0390, 0), 3000: (1.7711, 0.8443, 0.2722), 6500: (1.0427, 0.9840, 1.0350)}  # what Cycles 5.2 renders
+HOT = {1000: (4.6021, 0.0390, 0), 3000: (1.7711, 0.8443, 0.2722), 6500: (1.0427, 0.9840, 1.0350)}  # colours that Cycles 5.2 renders
 
 
 @pytest.mark.parametrize("temperature", HOT)

@@ -1,4 +1,4 @@
-"""The flags of `rlg` that choose a part of a .blend. A wrong one gets a line with the choices of the file."""
+"""The flags of `rlg` that choose frame, camera, scene or size of a .blend. A wrong value gives a line with the file's choices."""
 
 from dataclasses import astuple
 from pathlib import Path
@@ -18,7 +18,10 @@ from blender_rl_guiding.scene.view import AUTO, View
 
 @pytest.fixture
 def blend(scene: bpy.types.Scene, tmp_path: Path) -> Path:
-    """A cube rises from frame 1 to 5; saved at 2. Camera A is at x = 1; from frame 3 on B, at x = 2. Another scene has only B."""
+    """A file saved at frame 2. A cube rises from frame 1 to 5. Camera A is at x = 1; from frame 3 on, camera B at x = 2 is active.
+
+    Another scene has only camera B.
+    """
     bpy.ops.mesh.primitive_cube_add()
     cube = bpy.context.object
     for frame, height in ((1, 0), (5, 4)):
@@ -93,7 +96,7 @@ def test_a_file_without_a_camera_can_be_framed(blend: Path):
 
 
 def test_simplify_culls_nothing_of_what_is_to_be_framed(blend: Path):
-    """Culling uses the place of a camera that is made only later."""
+    """Culling needs the place of a camera, but the export makes this camera only later."""
     scene = opened(blend, View())
     cube = next(thing for thing in scene.objects if thing.type == "MESH")
     cube.animation_data_clear()

@@ -1,4 +1,4 @@
-"""The world becomes Cycles' emission. Whatever has no equivalent is reported by name."""
+"""The world becomes Cycles' emission. Nodes without an equivalent are reported by name."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -80,7 +80,7 @@ def test_other_shaders_are_reported(world: bpy.types.World, kind: str):
 
 @pytest.fixture
 def rotated(world: bpy.types.World) -> bpy.types.Node:
-    """The world's colour: the direction, turned by a node that no reader knows, in a group."""
+    """The world's colour is the direction, turned by a node inside a group. The exporter does not support this node."""
     group = bpy.data.node_groups.new("Turn", "ShaderNodeTree")
     group.interface.new_socket("Vector", in_out="OUTPUT", socket_type="NodeSocketVector")
     inner = node(group, "ShaderNodeVectorRotate", into=group.nodes.new("NodeGroupOutput").inputs[0], Angle=0.5)
@@ -110,7 +110,7 @@ def test_a_picture_stands_in_for_another_node(world: bpy.types.World, rotated: b
 
 @pytest.fixture
 def jobs(monkeypatch: pytest.MonkeyPatch) -> list[dict]:
-    """The jobs of the second Blender, in order. All values of the k-th picture are k."""
+    """The jobs of the second Blender, in order. The picture of job k has the value k everywhere."""
     jobs: list[dict] = []
 
     def render(job: dict, *_: object, picture: tuple[int, ...], **__: object) -> dict[str, np.ndarray]:
@@ -143,7 +143,7 @@ def test_a_linked_world_is_looked_for_in_its_library(world: bpy.types.World, rot
 
 
 def test_what_a_picture_is_made_of(scene: bpy.types.Scene, rotated: bpy.types.Node, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Of the named world, at a frame that may be negative."""
+    """The job names the world and the frame. The frame may be negative."""
     library = tmp_path / "library.blend"
     bpy.data.libraries.write(str(library), {scene.world})
     monkeypatch.setattr(cycles_pictures, "panorama", lambda: scene)

@@ -1,4 +1,4 @@
-"""Node trees for tests, the shaders that the exporter makes of them, and its notes."""
+"""Node trees for tests, the shaders that the exporter makes from them, and the exporter's notes."""
 
 from typing import Any
 
@@ -45,7 +45,7 @@ def color_of(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
 
 
 def probe(tree: bpy.types.NodeTree, kind: str, output: int | str = 0, **inputs: Any) -> bpy.types.Node:
-    """Link a new node to that colour."""
+    """Link a new node to the socket of `color_of`."""
     return node(tree, kind, into=color_of(tree), output=output, **inputs)
 
 
@@ -73,7 +73,7 @@ def only(shader: Shader) -> Closure:
 
 
 def color(material: bpy.types.Material, resources: Resources | None = None) -> Any:
-    """The value at `color_of` as a tree. There are no notes."""
+    """The value at `color_of` as a tree. Asserts that there are no notes."""
     shader, notes = read(material, resources)
     assert notes == []
     return tree_of(shader, only(shader).inputs["color"])

@@ -1,4 +1,4 @@
-"""The Blenders that the add-on supports. Each has a command that runs a script in it, and variables."""
+"""The Blenders that the add-on supports. Each gives (command that runs a script in this Blender, environment variables)."""
 
 import os
 import shutil

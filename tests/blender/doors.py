@@ -1,7 +1,7 @@
 """Renders scenes with misleading settings through every door: python doors.py FOLDER, in the Python of any Blender.
 
-FOLDER/found.json has for each case, by name, the result of each door, or its error. "capture", "export" and "frame": the key of the
-bundle; "cycles": a digest of the reference's pixels; "files": the names of files written besides.
+FOLDER/found.json has, for each case by name, the result or error of each door. "capture", "export" and "frame": the key of the bundle.
+"cycles": a digest of the reference's pixels. "files": the names of all other files that were written.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ from blender_rl_guiding.scene.view import View
 FOLDER = Path(sys.argv[-1])
 WRITTEN = FOLDER / "written"
 Case = Callable[[bpy.types.Scene], None]
-# A value other than the neutral one for settings of the tables. Switches not listed here are toggled.
+# For settings of the tables: a value that is not the neutral one. Switches that are not in this list are toggled.
 OTHERS: dict[str, Any] = {
     "media_type": "VIDEO",
     "file_format": "PNG",
@@ -87,7 +87,7 @@ def switched(table: dict[str, Any], owner: Callable[[bpy.types.Scene], Any]) -> 
 
 
 def image_settings(scene: bpy.types.Scene) -> Any:
-    """Image settings of an EXR: otherwise most could not be set."""
+    """Image settings of an EXR. With other formats, most of them could not be set."""
     settings = scene.render.image_settings
     settings.file_format = "OPEN_EXR"
     return settings
@@ -114,7 +114,7 @@ def compositor(scene: bpy.types.Scene) -> None:
 
 
 def sequencer(scene: bpy.types.Scene) -> None:
-    """A strip instead of the scene."""
+    """A sequencer with a strip, which would replace the scene's image."""
     editor = scene.sequence_editor_create()
     strips = editor.strips if hasattr(editor, "strips") else editor.sequences
     strips.new_scene(name="Strip", scene=scene, channel=1, frame_start=1)
@@ -126,7 +126,7 @@ def stamp(scene: bpy.types.Scene) -> None:
 
 
 def views(scene: bpy.types.Scene) -> None:
-    """Cameras that do not exist."""
+    """Views for cameras that do not exist."""
     scene.render.use_multiview, scene.render.views_format = True, "MULTIVIEW"
     for view in scene.render.views:
         view.camera_suffix = "_none"
@@ -144,7 +144,7 @@ def grease_pencil(scene: bpy.types.Scene) -> None:
 
 
 def layers(scene: bpy.types.Scene) -> None:
-    """Three view layers, the third off; only the window's layer is set to render."""
+    """Three view layers; the third is off. Blender is set to render only the window's layer."""
     scene.view_layers.new("Second")
     scene.view_layers.new("Third").use = False
     scene.render.use_single_layer = True

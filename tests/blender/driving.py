@@ -1,4 +1,4 @@
-"""Runs a script in a Blender with a window. The script is a generator, and a timer takes its steps, so that Blender goes on."""
+"""Runs a script in a Blender with a window. The script is a generator; a timer runs its steps, so Blender is not blocked."""
 
 import faulthandler
 import json
@@ -13,8 +13,8 @@ import bpy
 from tests.patience import PATIENCE
 
 Step = float | Callable[[], object]  # seconds to wait, or a condition to wait for
-LOOK = 0.1  # seconds between two looks
-TRY_AGAIN = 200  # looks before a click counts as lost
+LOOK = 0.1  # seconds between two checks of a condition
+TRY_AGAIN = 200  # number of checks before a click counts as lost
 
 
 def run(*command: str) -> Iterator[Step]:
@@ -27,7 +27,7 @@ def run(*command: str) -> Iterator[Step]:
 
 def drawn() -> Iterator[Step]:
     """Wait until all windows are laid out and drawn with the current data."""
-    yield LOOK  # changes reach the windows first
+    yield LOOK  # gives changes time to reach the windows
     for window in bpy.context.window_manager.windows:
         with bpy.context.temp_override(window=window):
             bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
@@ -35,7 +35,7 @@ def drawn() -> Iterator[Step]:
 
 
 def until(reached: Callable[[], object], act: Callable[[], Iterator[Step]]) -> Iterator[Step]:
-    """Act, and act again if nothing happens: a busy computer may draw a button after its click."""
+    """Act until the condition holds. Acting again is needed, because a busy computer may draw a button after the click."""
     tries = int(PATIENCE / (TRY_AGAIN * LOOK))
     for _ in range(tries):
         yield from drawn()

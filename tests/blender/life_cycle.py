@@ -1,4 +1,5 @@
-"""`test_install.py` runs this script in a Blender: `life_cycle.py new|again ZIP FOLDER`. `again` is another process after `new`.
+"""`test_install.py` runs this script in a Blender: `life_cycle.py new|again ZIP FOLDER`. `again` runs after `new`,
+in another process.
 
 The variable RENDERER names the Python of a whole environment. Status 0 if all assertions hold.
 """
@@ -32,7 +33,7 @@ def install(archive: str) -> None:
 
 
 def traces() -> list[str]:
-    """All that the add-on changes in Blender."""
+    """Everything that the add-on changes in Blender, by name."""
     kinds = [name for name in dir(bpy.types) if name.startswith(("RLG", "RL_"))]
     handlers = [name for name in dir(bpy.app.handlers) for f in _list(name) if MODULE in f.__module__]
     property_ = ["rl_guiding"] if hasattr(bpy.types.Scene, "rl_guiding") else []
@@ -107,7 +108,7 @@ def render_and_compare(python: str, folder: str) -> None:
 
 
 def file_of_another_version(path: str) -> None:
-    """Save a file as from a version where the same properties had other types, limits and items."""
+    """Save a file like one from another version, whose properties of the same names have other types, limits and items."""
     number = bpy.props.IntProperty()
     other = {"spp": number, "max_bounces": number, "gone": number, "seed": bpy.props.FloatProperty(), "nee": bpy.props.StringProperty()}
     other["guide"] = bpy.props.EnumProperty(items=[("gone", "Gone", "", "NONE", 12345)])
@@ -179,7 +180,7 @@ def reload_append_undo(path: str) -> None:
 
 
 def update(archive: str) -> None:
-    """Update without a restart: the add-on and its package are the new ones."""
+    """Update without a restart. Afterwards the add-on and its package are the new ones."""
     old = part("installation")
     install(archive)
     assert part("installation") is not old

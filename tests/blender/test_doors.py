@@ -1,4 +1,4 @@
-"""No setting of a scene has an effect through any door: the bundle and the reference by Cycles stay, no file, no crash."""
+"""Misleading settings of a scene have no effect in any door: bundle and reference by Cycles stay the same; no file, no crash."""
 
 import json
 import os

@@ -47,7 +47,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def c1(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The bundle of c1. The export made its folder."""
+    """The bundle of c1, in a folder that the export has made."""
     bundle = tmp_path_factory.mktemp("c1") / "new" / "c1.npz"
     assert blend.export(C1, bundle) == ()
     return bundle

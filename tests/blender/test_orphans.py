@@ -1,4 +1,4 @@
-"""If a process is killed, each Blender that it started ends, in the middle of its work."""
+"""If a process is killed, each Blender that this process started ends, even in the middle of its work."""
 
 import os
 import signal
@@ -95,7 +95,7 @@ installation.check()
 
 
 def family(mark: str) -> dict[int, str]:
-    """Command lines of processes by id: those with the mark among their variables. Children inherit the mark."""
+    """Process id -> command line, for processes with the mark among their environment variables. Children inherit the mark."""
     found = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -122,7 +122,10 @@ def temporary(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def killed(temporary: Path) -> Iterator[Callable[..., None]]:
-    """Run a program. Kill it once it has a child with this command line, and is ready if so asked. Wait until all have ended."""
+    """Run a program, and kill it once it has a child with this command line (and is ready, if the caller asks for that).
+
+    Then wait until all its processes have ended.
+    """
     mark = f"RL_GUIDED_TEST={uuid.uuid4()}"
     name, value = mark.split("=")
 
@@ -183,7 +186,7 @@ def test_f12_and_the_next_start_sweeps_what_it_left(
 
 
 def test_the_check_of_the_environment(killed: Callable[..., None], tmp_path: Path):
-    (tmp_path / "python").write_text("#!/bin/sh\ncat\n")  # it ends with its stdin, as `environment` does
+    (tmp_path / "python").write_text("#!/bin/sh\ncat\n")  # like `environment`, it ends when its stdin ends
     (tmp_path / "python").chmod(0o755)
     killed(CHECK, tmp_path / "python", child="blender_rl_guiding.environment")
 

@@ -1,4 +1,4 @@
-"""The nine scenes of the slides: nothing is left out; image size, depth, lights and published albedos are right."""
+"""The nine scenes of the slides: nothing is left out; image size, path depth, lights and published albedos are right."""
 
 from pathlib import Path
 

@@ -21,7 +21,7 @@ from tests.world_draws import draw
 pytestmark = [pytest.mark.slow, pytest.mark.blender]
 
 DRAWN = 400_000
-# Settings of the node, and the background's strength. Suns at the horizon are large: the horizon cuts them.
+# (settings of the node, strength of the background). Suns at the horizon are large, so that the horizon cuts them.
 PLACE = {"sun_rotation": 2.0, "sun_direction": (0.3, -0.5, 0.4), "turbidity": 3.5, "ozone_density": 3.0}
 HIGH, LOW = PLACE | {"sun_elevation": 0.9}, PLACE | {"sun_elevation": 0.003, "sun_size": 0.4, "altitude": 900.0}
 NEWEST = {

@@ -62,7 +62,7 @@ def test_panels(tmp_path: Path):
 
 
 def test_f12(tmp_path: Path, compiled: None):
-    """The image refines while the scene is edited, Esc ends the render, and the end of a killed renderer is told."""
+    """The image refines while the scene is edited. Esc ends the render. A line tells that the renderer was killed."""
     found, printed = seen_by("window_render.py", tmp_path, C1)
     assert found["told"] == [*range(1, len(found["told"]) + 1)]
     assert found["busy"] == ["compare", "check"]
@@ -82,7 +82,7 @@ def test_the_first_picture(tmp_path: Path, compiled: None):
 
 
 def test_comparison(tmp_path: Path, compiled: None):
-    """By the button, beside an F12: table, images, slots, a picked point, Cycles. All are still there after a reload."""
+    """Compare by the button, during an F12: table, images, slots, a picked point, Cycles. A reload keeps all of them."""
     found, printed = seen_by("window_compare.py", tmp_path, C1)
     assert not complaints(printed)
     assert found.pop("ratio") < 1

@@ -1,6 +1,6 @@
 """`test_windows.py` runs this script in a Blender with a window: `window_compare.py SCREENS RESULT PYTHON`.
 
-It compares two methods by the panel's button during a render, notes the results, picks a point and shows what was learnt there,
+It compares two methods by the panel's button during a render, and notes the results. It picks a point and shows Q at this point. Then it
 compares with Cycles, saves and reloads. RESULT gets the findings, SCREENS the screenshots.
 """
 

@@ -1,6 +1,6 @@
 """`test_windows.py` runs this script in a Blender with a window: `window_first.py SCREENS RESULT PYTHON`.
 
-It renders the start-up file by F12, with only the engine and a small image set, then by Cycles. The EXR files are beside RESULT.
+It renders the start-up file by F12, then by Cycles. Only the engine and a small image size are set. The EXR files are beside RESULT.
 """
 
 import sys
@@ -28,7 +28,7 @@ def steps() -> Iterator[Step]:
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield lambda: done
     yield from screenshot(SCREENS / "first.png")
-    prepare(scene, SPP)  # it also makes Blender save images unchanged
+    prepare(scene, SPP)  # `prepare` also makes Blender save images unchanged
     bpy.data.images["Render Result"].save_render(str(RESULT.with_name("ours.exr")), scene=scene)
     render(scene, RESULT.with_name("cycles.exr"), SPP, seed=0)
     render(scene, RESULT.with_name("reference.exr"), REFERENCE_SPP, seed=1_000_000)

@@ -1,7 +1,7 @@
 """`test_install.py` runs this script in a Blender with a window: `window_install.py ZIP FOLDER SCREENS PYTHON`.
 
 It installs the zip and checks the environment by mouse and keyboard, in a window of 1600 x 1000 pixels. SCREENS gets the screenshots,
-FOLDER/result.json the errors. PYTHON is that of a whole environment.
+FOLDER/result.json the errors. PYTHON is the Python of a complete environment.
 """
 
 import json
@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tests.blender.driving import Step, click, click_until, drive, run, screenshot, until
 
-sys.path.pop(0)  # the add-on must bring its package
+sys.path.pop(0)  # the add-on must use its own copy of the package
 
 MODULE = "bl_ext.user_default.rl_guided"
 ARCHIVE, FOLDER, SCREENS, PYTHON = map(Path, sys.argv[-4:])
@@ -67,7 +67,7 @@ def announce(python: Path) -> None:
 
 
 def broken_python() -> Path:
-    """A stand-in for a Python. Its answer has two faults."""
+    """A stand-in for a Python. Its answer names two faulty parts."""
     parts = [
         {"name": "Python", "version": "3.13.0"},
         {

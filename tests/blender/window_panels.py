@@ -69,7 +69,7 @@ def rendered() -> bytes:
 
 
 def check_scene(scene: bpy.types.Scene) -> Iterator[Step]:
-    """Render by Cycles, then run Check Scene: the result must stay."""
+    """Render by Cycles, then run Check Scene: the render result must stay."""
     scene.render.engine, scene.cycles.samples = "CYCLES", 1
     scene.render.resolution_percentage = 10
     bpy.ops.render.render()

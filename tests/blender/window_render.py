@@ -18,7 +18,7 @@ from addon import installation as environment
 from tests.blender.driving import Step, drive, escape_until, run, screenshot
 
 SCREENS, RESULT, PYTHON = map(Path, sys.argv[-3:])
-told: list[int] = []  # samples after each pass, as the engine heard
+told: list[int] = []  # samples after each pass, as the engine was told
 workers: list[worker_client.Worker] = []
 found: dict[str, Any] = {}
 
@@ -79,7 +79,7 @@ def death() -> Iterator[Step]:
             found["again"] = rendering()
             yield from escape_until(lambda: not rendering())
         yield lambda: not rendering()
-        yield from run("xdotool", "mousemove", "500", "1200", "mousemove", "520", "1200")  # Blender reports it at the next event
+        yield from run("xdotool", "mousemove", "500", "1200", "mousemove", "520", "1200")  # Blender reports the end at the next event
         yield from screenshot(SCREENS / f"f12-{outcome}.png")
 
 

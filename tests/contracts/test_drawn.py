@@ -1,4 +1,4 @@
-"""What every guide of the union draws at a vertex follows the density that it tells, by the mixture that the transport loop calls."""
+"""The directions that a guide draws at a vertex follow the guide's density. All guides of the union, by the transport loop's mixture."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ WO = direction(40, 20)
 
 @kernel
 def draw(directions, lobes, count, x, n, wo, u, out):
-    """Write a direction for each row of u, (n, 3) uniform; returns the share of samples that the guide draws."""
+    """Write a direction for each row of u, (n, 3) uniform. Returns the share of samples that the guide draws."""
     found = mixture.find(directions, x, n, wo, lobes, count)
     if found.share > F(0):
         for i in range(len(u)):
@@ -35,14 +35,14 @@ def draw(directions, lobes, count, x, n, wo, u, out):
 
 @kernel
 def density(directions, lobes, count, x, n, wo, wi, out):
-    """Write the share of the guide times its density for each of (n, 3) directions."""
+    """Write share * density of the guide for each direction, (n, 3)."""
     found = mixture.find(directions, x, n, wo, lobes, count)
     for i in range(len(wi)):
         out[i] = mixture.pdf(directions, found, n, wo, vector(wi, i), F(0), F(0))
 
 
 def drawn(guide, seen: probe.Point, closures: list[Closure]) -> tuple[float, np.ndarray, np.ndarray]:
-    """The guide's share of the samples at a point; what it draws, (N, 3); and the mass that its density has in each part."""
+    """(guide's share of the samples at a point; directions that the guide draws, (N, 3); integral of its density over each part)."""
     surface = surface_of(*closures, wo=WO)
     at = surface.lobes, surface.count, *(tuple(map(F, v)) for v in (seen.position, seen.normal)), surface.point.wo
     directions, out = guide.directions(), np.zeros((N, 3), np.float32)
@@ -58,7 +58,7 @@ def drawn(guide, seen: probe.Point, closures: list[Closure]) -> tuple[float, np.
 
 @pytest.mark.parametrize("settings", [guide for guide in unions.guides() if guide.learns], ids=unions.name)
 def test_what_is_drawn_follows_its_density(settings):
-    """On a floor, whose frame is that of the world."""
+    """The point is on a floor, so its local frame equals the world's."""
     guide = render(room(), Render(spp=16, nee=False, guide=settings), Machine(batch=4096)).guide
     np.testing.assert_allclose(point().normal, (0, 0, 1), atol=1e-6)
     shares = {}

@@ -1,7 +1,7 @@
-"""What every guide of the union promises to the renderer, the probe, the inspection and the estimates.
+"""The contract of every guide of the union with the renderer, the probe, the inspection and the estimates.
 
-Their furnaces are in statistical/test_furnace.py, unbiasedness in statistical/test_unbiased.py, determinism in system/test_determinism.py,
-checkpoints in unit/test_checkpoint.py and unit/test_crafted_checkpoints.py: all of them run over the union, too.
+Other tests run over the union, too. Furnaces: statistical/test_furnace.py. Unbiasedness: statistical/test_unbiased.py. Determinism:
+system/test_determinism.py. Checkpoints: unit/test_checkpoint.py and unit/test_crafted_checkpoints.py.
 """
 
 from dataclasses import replace
@@ -33,7 +33,7 @@ SPP = 8
 
 @cache
 def room() -> SceneData:
-    """A floor with a wall that shines above its far edge, in +y, in 24 x 24 pixels."""
+    """A floor, and an emitting wall above its far edge, in the direction +y. 24 x 24 pixels."""
     scene = test_probe.room()
     return replace(scene, camera=replace(scene.camera, width=24, height=24))
 
@@ -50,7 +50,7 @@ def point() -> probe.Point:
     return found
 
 
-# --- what it says of itself --------------------------------------------------------------------------------------------
+# --- settings, memory, work --------------------------------------------------------------------------------------------
 
 
 @every
@@ -99,7 +99,7 @@ def test_settings_go_through_json(settings):
     assert all(entry.doc.endswith(".") for entry in entries(type(settings)))
 
 
-# --- what it has learnt ------------------------------------------------------------------------------------------------
+# --- learning ----------------------------------------------------------------------------------------------------------
 
 
 @learners
@@ -122,7 +122,7 @@ def test_what_is_learnt_at_a_point_is_radiance_and_probabilities(settings):
 
 @learners
 def test_light_is_learnt_to_come_from_where_the_lamp_is(settings):
-    """The wall that shines stands in +y, in the quarter of the hemisphere around the middle of the columns' first half."""
+    """The emitting wall is in +y: the quarter of the hemisphere around the middle of the first half of the columns."""
     longer = render(room(), Render(spp=32, nee=False, guide=settings), MACHINE).guide
     learnt = longer.learnt(point().position, point().normal)
     assert learnt
@@ -161,7 +161,7 @@ def test_there_is_nothing_to_inspect_of_a_guide_that_never_learns(settings):
         inspection.check(settings)
 
 
-# --- what it draws -----------------------------------------------------------------------------------------------------
+# --- directions --------------------------------------------------------------------------------------------------------
 
 
 @learners
@@ -173,7 +173,7 @@ def test_transitions_of_another_pass_change_what_is_learnt(settings):
 
 @every
 def test_directions_stay_while_nothing_is_learnt(settings):
-    """A pass must not see them change: two renders that differ in nothing but how often they ask agree."""
+    """Directions must not change during a pass. So two renders agree that differ only in the number of calls of `directions`."""
     guide = rendered(settings).guide
     assert type(guide.directions()) is type(guide.directions())
     shot = render(room(), Render(spp=SPP, nee=False, guide=settings), replace(MACHINE, threads=1, batch=97))

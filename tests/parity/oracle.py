@@ -1,7 +1,7 @@
 """Builds cases, renders them by Cycles and exports them: python -m tests.parity.oracle FOLDER CASE...
 
-For each case FOLDER gets CASE.npz, with the number of renders, their mean and its variance, (H, W, 4) float64 each, and CASE.bundle.npz.
-If the case fails, it gets CASE.error with the reason. Runs in a process of its own, with Blender inside.
+For each case FOLDER gets CASE.bundle.npz, and CASE.npz with the number of renders, the mean of the renders and the variance of this mean,
+(H, W, 4) float64 each. If the case fails, FOLDER gets CASE.error with the reason. Runs in a process of its own, with Blender inside.
 """
 
 import sys
@@ -44,7 +44,7 @@ def render(scene: bpy.types.Scene, samples: int, folder: Path) -> np.ndarray:
     scene.cycles.samples = samples
     images = []
     for scene.cycles.seed in range(RENDERS):
-        settings.filepath = str(folder / f"{scene.cycles.seed}.exr")  # persistent data do not notice that only the seed changed
+        settings.filepath = str(folder / f"{scene.cycles.seed}.exr")  # persistent data does not notice a new seed, but notices a new path
         bpy.ops.render.render(write_still=True)
         with OpenEXR.File(settings.filepath) as file:
             images.append(file.channels()["RGBA"].pixels)
@@ -52,7 +52,7 @@ def render(scene: bpy.types.Scene, samples: int, folder: Path) -> np.ndarray:
 
 
 def export(scene: bpy.types.Scene, path: Path) -> None:
-    """The scene, exported through a render: only an engine gets the depsgraph in render mode."""
+    """Export the scene through a render, because only an engine gets the depsgraph in render mode."""
     scene.render.engine = Export.bl_idname
     bpy.ops.render.render()
     assert Export.exported

@@ -1,4 +1,4 @@
-"""Building blocks of the parity cases: a floor, a ball, a box, lamps and node trees, made by bpy's data API."""
+"""Building blocks of the parity cases: a floor, a ball, a box, lamps and node trees, made with bpy's data API."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -25,7 +25,7 @@ class Nodes:
     def add(self, kind: str, inputs: Mapping[str, Any] | None = None, **attributes: Any) -> bpy.types.Node:
         """A node of type ShaderNode`kind`.
 
-        `inputs` are values by the socket's identifier, or else by its name; see `set_input` for values.
+        inputs: values by the identifier of a socket, or else by its name. For the values see `set_input`.
         """
         node = self.tree.nodes.new(f"ShaderNode{kind}")
         for name, value in attributes.items():
@@ -35,7 +35,7 @@ class Nodes:
         return node
 
     def set_input(self, socket: bpy.types.NodeSocket, value: Any) -> None:
-        """Set an input, or link it. A value is a number, three numbers, a node (its first enabled output), or (node, name of an output)."""
+        """Set or link an input. value: a number, three numbers, a node (for its first enabled output), or (node, name of an output)."""
         if isinstance(value, bpy.types.Node):
             value = value, next(output.identifier for output in value.outputs if output.enabled)
         if isinstance(value, tuple) and isinstance(value[0], bpy.types.Node):
@@ -109,19 +109,19 @@ class Stage:
         return self.place("Ball", data, at, **attributes)
 
     def box(self, material: bpy.types.Material | None = None, at: Color = (1.3, 0.2, 0.75), **attributes: Any) -> bpy.types.Object:
-        """A cube of edge 1.4, turned a little. It does not touch the floor: two surfaces in one place have no order."""
+        """A cube of edge 1.4, turned a little. It does not touch the floor, because surfaces in the same place have no order."""
         data = mesh(bmesh.ops.create_cube, material, size=1.4)
         return self.place("Box", data, at, **({"rotation_euler": (0.0, 0.0, 0.5)} | attributes))
 
     def set(self, paint: Callable[[Color], bpy.types.Material] | None = None) -> tuple[bpy.types.Object, ...]:
-        """Floor, ball and box, each of its own colour, diffuse unless painted otherwise."""
+        """Floor, ball and box, each with its own colour. `paint` makes the materials; by default they are diffuse."""
         paint = paint or self.diffuse
         return self.floor(paint(GREY)), self.ball(paint(ORANGE)), self.box(paint(BLUE))
 
     # --- light -------------------------------------------------------------------------------------------------------
 
     def lamp(self, kind: str, at: Color = (1.5, -2.0, 3.5), power: float = 300.0, **attributes: Any) -> bpy.types.Object:
-        """A lamp that shines at the middle of the set. `attributes` are those of the light."""
+        """A lamp that points at the middle of the set. attributes: of the light."""
         light = bpy.data.lights.new("Lamp", kind)
         light.energy = power
         for name, value in attributes.items():
@@ -131,7 +131,7 @@ class Stage:
         return thing
 
     def lights(self) -> None:
-        """A very large lamp and a sky: little noise on any surface, even in caustics."""
+        """A very large lamp and a sky, which give little noise on every surface, even in caustics."""
         self.lamp("AREA", (2.0, -2.5, 4.5), 500.0, size=5.0)
         self.sky((0.3, 0.4, 0.55))
 
@@ -206,7 +206,7 @@ def _without_bias(scene: bpy.types.Scene) -> None:
     cycles.pixel_filter_type = "BOX"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
-    cycles.sampling_pattern = "TABULATED_SOBOL"  # its pixels are independent of each other; with blue noise they are not
+    cycles.sampling_pattern = "TABULATED_SOBOL"  # pixels are independent of each other, unlike with blue noise
 
 
 def degrees(angle: float) -> float:

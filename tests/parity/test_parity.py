@@ -1,7 +1,7 @@
-"""Cycles is the oracle: each small scene is exported, rendered here, and equals the image by Cycles.
+"""Cycles is the oracle: each small scene is exported and rendered here, and the image equals that of Cycles.
 
 Welch's t-test compares means of blocks of pixels, with the variances of both renderers. The false-alarm rate for each scene is
-`significance.ALARM`. A scene also fails if a bias of 2 % in the whole image would not be seen.
+`significance.ALARM`. A scene also fails if the test is too weak to detect a bias of 2 % in the whole image.
 """
 
 import subprocess
@@ -22,7 +22,7 @@ from tests.significance import Estimate, assert_same, detectable_difference, poo
 ROOT = Path(__file__).resolve().parents[2]
 PROCESSES = 2
 BLOCK = 4  # pixels
-SAMPLES = 16  # ours, for each sample in one of Cycles' eight renders. In all we take twice as many, as those of Cycles are stratified
+SAMPLES = 16  # ours per sample of one of Cycles' eight renders: twice as many as Cycles in all, because Cycles' samples are stratified
 WEAKEST = 0.02
 BLIND = [name for name, case in CASES.items() if case.blind]
 
@@ -63,14 +63,14 @@ def rendered(scene: SceneData, case: Case, nee: bool) -> Estimate:
 
 
 def in_blocks(image: Estimate) -> Estimate:
-    """Means (N, channels) over blocks of pixels, and last over the whole image. Blocks at the right and bottom edges may be smaller."""
+    """Means (N, channels) over blocks of pixels; the last row is the whole image. Blocks at the right and lower edge may be smaller."""
     rows, columns = (np.arange(size) // BLOCK for size in image.mean.shape[:2])
     block = rows[:, None] * (columns[-1] + 1) + columns[None, :]
     return pooled(image, block.ravel()).joined(pooled(image, np.zeros(block.size, int)))
 
 
 def compare(folder: Path, case: Case, nee: bool) -> None:
-    """Losses are those of the case, the image is that of Cycles, and a bias of WEAKEST would be seen."""
+    """Assert: losses are those of the case, the image equals Cycles' image, and the test would detect a bias of WEAKEST."""
     theirs, scene = read_oracle(folder, case.name)
     assert tuple(loss.detail for loss in scene.coverage) == case.losses
     ours = rendered(scene, case, nee)

@@ -1,4 +1,4 @@
-"""The campaigns can fail: they find and keep an input that crashes, hangs, raises, writes elsewhere, says too much or takes too much."""
+"""Campaigns find and keep each bad input: one that crashes, hangs, raises, writes elsewhere, prints too much or takes too much."""
 
 import os
 import random
@@ -43,7 +43,7 @@ def chmod_through_link(folder: Path, guard: Guard) -> None:
     (folder / "image.exr").chmod(0o600)
 
 
-# Name: what a program might do, and how the finding begins.
+# Name: (what a program might do, beginning of the finding).
 BAD = {
     "raise": (lambda folder, guard: {}["x"], "traceback: KeyError"),
     "leave": (lambda folder, guard: sys.exit(1), "traceback: SystemExit"),
@@ -208,7 +208,7 @@ def test_differences_and_leftovers_are_seen(tmp_path):
 
 
 def minutes(slope: float, count: int = 60, process: int = 7, first: float = 300.0) -> list[dict[str, float]]:
-    """Measures of a worker that grows by `slope` MiB an hour."""
+    """Measurements of a worker, one per minute. Its memory grows by `slope` MiB per hour."""
     rng = np.random.default_rng(0)
     others: dict[str, float] = {"jobs": 3, "files": 9, "threads": 5, "temporary": 0, "process": process}
     return [{"step": k, "memory": first + slope * k / 60 + rng.normal()} | others for k in range(count)]

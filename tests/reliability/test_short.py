@@ -1,6 +1,7 @@
 """A short run of each campaign of `./build.sh reliability`, with fixed seeds.
 
-Not here, because they compile for minutes: two cold starts at once (`./build.sh reliability starts`), and damaged kernels.
+Two campaigns are left out, because they compile for minutes: two cold starts at the same time (`./build.sh reliability starts`), and
+damaged kernels.
 """
 
 import os
@@ -90,5 +91,5 @@ def test_a_worker_goes_on_after_bad_jobs(compiled, tmp_path):
 
 
 def test_the_surrounding_is_that_of_the_test(guard):
-    """Otherwise these tests would write into the user's cache."""
+    """The environment variables are those of the test. Otherwise these tests would write into the user's cache."""
     assert os.environ["XDG_CACHE_HOME"] == str(guard.cache)

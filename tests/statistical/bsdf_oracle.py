@@ -1,10 +1,10 @@
 """Measures Blender's reflection models in Cycles, without noise: python bsdf_oracle.py SPEC.json OUT.npy.
 
-Each case is a pixel: a quad of the case's material, seen by an orthographic camera from wo and lit by one sun at a time. Its radiance
-is f |cos|. SPEC has
-  materials  {"node", "inputs": numbers, colours or vectors by name, "properties"} of each,
-  cases      (index of a material; 3 x 3 matrix from the quad's frame, with normal +z, to world space, with wo = +z; whether the quad
-             turns its back) of each,
+Each case is a pixel that shows a quad with the case's material. An orthographic camera sees the quad from wo, and one sun at a time
+lights it. The pixel's radiance is f |cos|. SPEC has
+  materials  for each material {"node", "inputs": numbers, colours or vectors by name, "properties"},
+  cases      for each case (index of a material; 3 x 3 matrix from the quad's frame, with normal +z, to world space, with wo = +z;
+             whether the camera sees the quad from behind),
   suns       unit vectors in world space towards the light.
 OUT is (suns, cases, 3).
 Runs in a process of its own, as the bpy module allows one session in each.
@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 import OpenEXR
 
-SPACING = 4  # pixels between cases, so that no quad reaches into another's pixel
+SPACING = 4  # pixels between cases, so that no quad covers the pixel of another case
 
 
 def material(spec: dict) -> bpy.types.Material:
@@ -44,7 +44,7 @@ def material(spec: dict) -> bpy.types.Material:
 
 
 def place(cases: list, materials: list) -> int:
-    """One mesh of all quads, on a square grid of pixels; returns the grid's side."""
+    """Make one mesh of all quads, on a square grid of pixels. Returns the number of pixels along the grid's side."""
     side = int(np.ceil(np.sqrt(len(cases))))
     vertices, faces = [], []
     for k, (_, frame, back) in enumerate(cases):

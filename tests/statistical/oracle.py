@@ -1,6 +1,7 @@
 """Renders a .blend by Cycles without bias, once for each seed: python oracle.py SCENE.blend FOLDER SIZE SPP SEEDS.
 
-If SCENE.blend does not exist, it is made: a smooth ball and a box of Principled materials under a coloured sky. One material emits.
+If SCENE.blend does not exist, this script makes it: a smooth ball and a box with Principled materials under a coloured sky. One material
+emits.
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 
@@ -37,7 +38,7 @@ def build(path: Path) -> None:
     scene.world = bpy.data.worlds.new("Sky")
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.4, 0.6, 0.9, 1)
     scene.render.resolution_y = scene.render.resolution_x
-    scene.cycles.pixel_filter_type = "BOX"  # set here as well, so that it is exported
+    scene.cycles.pixel_filter_type = "BOX"  # also set here, so that the export has this filter
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 
 

@@ -1,4 +1,4 @@
-"""Every reflection model equals Cycles, point by point. Both are exact, so no statistics are needed."""
+"""Every reflection model equals Cycles' model, point by point. Both values are exact, so the tests need no statistics."""
 
 import json
 import subprocess
@@ -25,7 +25,7 @@ SOCKETS |= {"coat_ior": "Coat IOR", "specular_ior_level": "Specular IOR Level"}
 RED, GREEN = (0.9, 0.3, 0.1), (0.2, 0.8, 0.4)
 TILTED = tuple(direction(25, 80))
 
-# Kind, inputs, and the tolerance relative to the greatest value. Interpolation in tables has errors.
+# (kind, inputs, tolerance relative to the largest value). Interpolation in tables has errors, so its tolerance is larger.
 EXACT, TABLES = 1e-5, 2e-4
 CASES = [
     ("diffuse", {"color": RED}, EXACT),
@@ -93,7 +93,7 @@ def measured(tmp_path_factory) -> np.ndarray:
 
 
 def refracts(inputs: dict, wo: np.ndarray, wi: np.ndarray, back: bool) -> np.ndarray:
-    """Whether wi is a reflection, or is refracted by a microfacet seen from its front. Cycles transmits by other microfacets, too."""
+    """Whether wi is a reflection, or a refraction by a microfacet that faces wo. In Cycles, other microfacets transmit, too."""
     ior = inputs.get("ior", 1.5) ** (-1 if back else 1)
     half = -(ior * wi + wo)
     half *= np.sign(half[:, 2:])

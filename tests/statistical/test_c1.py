@@ -1,4 +1,4 @@
-"""Scene C1 against numbers measured independently, by the slides. A wrong camera, light, BSDF or metric misses some of them."""
+"""Scene C1 has the errors that the slides measured independently. A wrong camera, light, BSDF or metric would change some of them."""
 
 from functools import cache
 from pathlib import Path
@@ -31,7 +31,7 @@ def truth() -> np.ndarray:
 
 
 def error(guide: Guide, nee: bool = False) -> float:
-    """The error with independent samples, as in the slides."""
+    """The error of a render with independent samples, as in the slides."""
     return error_of(Render(spp=SPP, nee=nee, sampler="independent", guide=guide))
 
 
@@ -45,13 +45,13 @@ def test_mean_radiance():
 
 
 def test_the_reference_that_comes_with_the_scene_is_of_it():
-    """Means over 25 x 25 pixels. Their noise is about 0.1 %, so chance never reaches 2 %."""
+    """Compares means over 25 x 25 pixels. Their noise is about 0.1 %, far below the limit of 2 %."""
     rendered = render(c1(), method("bsdf_nee")).image
     ours, theirs = (image.reshape(10, 25, 10, 25, 3).mean(axis=(1, 3)) for image in (rendered, truth()))
     np.testing.assert_allclose(ours, theirs, rtol=0.02)
 
 
-# The seed changes these errors by about 0.001.
+# Other seeds change these errors by about 0.001.
 @pytest.mark.parametrize(("guide", "nee", "expected"), [(Uniform(), False, 0.413), (BSDF(), False, 0.238), (BSDF(), True, 0.0432)])
 def test_error_without_learning(guide, nee, expected):
     assert error(guide, nee) == pytest.approx(expected, abs=0.01 if not nee else 0.002)

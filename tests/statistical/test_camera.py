@@ -1,4 +1,4 @@
-"""Camera rays of every lens, filter and aperture. The inverse of the camera's definition finds origin and pixel of each ray."""
+"""Camera rays of every lens, filter and aperture. The tests invert the camera's definition to get lens point and pixel of each ray."""
 
 import math
 from dataclasses import replace
@@ -41,7 +41,7 @@ def draw_rays(of, pixels, u, origins, directions, spans):
 
 
 def rays(camera: Camera, film: Film = Film(), seed: int = 1) -> tuple[np.ndarray, ...]:
-    """N rays in camera space, through pixels in turn: (pixels, origins and unit directions in float64, spans)."""
+    """N rays in camera space, through one pixel after another: (pixels, origins, unit directions, spans); vectors in float64."""
     scene = replace(scenes.lit_quad(camera), film=film)
     pixels, u = np.arange(N) % (WIDTH * HEIGHT), np.random.default_rng(seed).random((N, 4), np.float32)
     origins, directions, spans = np.empty((N, 3), np.float32), np.empty((N, 3), np.float32), np.empty((N, 2), np.float32)
@@ -51,7 +51,7 @@ def rays(camera: Camera, film: Film = Film(), seed: int = 1) -> tuple[np.ndarray
 
 
 def on_film(camera: Camera, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Places of rays in the window, in pixels from its top left corner. A thin lens: by the points in the plane of focus."""
+    """Places of rays in the window, in pixels from its top left corner. With a thin lens, the point in the plane of focus counts."""
     left, right, bottom, top = camera.window
     if camera.kind == "panorama":
         x, y = np.arctan2(directions[:, 0], -directions[:, 2]), np.arcsin(directions[:, 1].clip(-1, 1))
@@ -98,7 +98,7 @@ def blackman_harris(x: np.ndarray) -> np.ndarray:
     return 0.35875 - 0.48829 * np.cos(turn) + 0.14128 * np.cos(2 * turn) - 0.01168 * np.cos(3 * turn)
 
 
-@pytest.mark.parametrize(("curve", "reach"), [(gaussian, 3), (blackman_harris, 2)])  # from end to end, in filter widths
+@pytest.mark.parametrize(("curve", "reach"), [(gaussian, 3), (blackman_harris, 2)])  # full reach, in filter widths
 @pytest.mark.parametrize("width", [1.0, 2.5])
 def test_samples_are_spread_by_the_filter(curve, reach, width):
     camera = LENSES["perspective"]
@@ -136,7 +136,7 @@ def test_round_apertures_are_discs(name):
 
 @pytest.mark.parametrize("name", ["three blades", "five blades"])
 def test_blades_make_a_regular_polygon(name):
-    """Each side's triangle is sampled uniformly, so both are uniform: squared distance towards the side, and position along it."""
+    """Sampling is uniform in the triangle of each side. So squared distance towards the side and position along it are uniform."""
     camera = LENSES[name]
     x, y = on_lens(camera).T
     step = 2 * np.pi / camera.blades

@@ -1,4 +1,4 @@
-"""Cycles is the oracle: an exported and rendered .blend has the brightness of Cycles' image, as a whole and in blocks."""
+"""Cycles is the oracle: an exported and rendered .blend has the same brightness as Cycles' image, as a whole and in blocks."""
 
 import subprocess
 import sys
@@ -15,7 +15,7 @@ from blender_rl_guiding.settings import BSDF, Render
 
 SCRIPT = Path(__file__).with_name("oracle.py")
 C1 = Path(__file__).resolve().parents[2] / "scenes" / "c1.blend"
-NOISY = ("veach-ajar",)  # scenes that need more pixels to show 1 %
+NOISY = ("veach-ajar",)  # scenes that need more pixels to make a difference of 1 % visible
 PUBLISHED = sorted((Path(__file__).resolve().parents[3] / "shared" / "scenes").glob("*.blend"))
 SIZE, BLOCK = 64, 8
 

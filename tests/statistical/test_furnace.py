@@ -59,7 +59,7 @@ def test_box_by_bsdf_is_exact_in_every_sample(bounces):
 
 @pytest.mark.parametrize(
     ("guide", "nee"),
-    [*((guide, False) for guide in OTHERS), *((guide, True) for guide in GUIDES)],  # by BSDF alone there is no noise
+    [*((guide, False) for guide in OTHERS), *((guide, True) for guide in GUIDES)],  # BSDF sampling alone has no noise
     ids=lambda value: value if isinstance(value, bool) else unions.name(value),
 )
 def test_box_in_the_mean(guide, nee):
@@ -88,7 +88,7 @@ def test_no_bounce_shows_emitters_only(guide):
 
 
 def test_every_bounce_adds_its_own_share():
-    """Streams do not depend on the depth limit, so two limits differ by the contribution of one bounce."""
+    """Random numbers do not depend on the depth limit, so renders with n and n + 1 bounces differ by the contribution of one bounce."""
     scene = scenes.furnace_box(ALBEDO, EMISSION, size=32)
     limits = [render(scene, Render(spp=64, nee=False, max_bounces=n, guide=Uniform()), MACHINE).image for n in range(4)]
     for n, (less, more) in enumerate(pairwise(limits), start=1):
@@ -106,7 +106,7 @@ def test_learning_goes_on_where_every_path_misses(guide):
 
 
 def test_sphere_with_next_event_estimation_has_no_noise():
-    """Both densities are cos / pi, so the balance heuristic makes every estimate exact, except for the tessellation."""
+    """Both densities are cos / pi, so with the balance heuristic every estimate is exact, except for the tessellation."""
     result = render(scenes.furnace_sphere(ALBEDO, EMISSION), Render(spp=32, nee=True), MACHINE)
     assert result.image.mean() == pytest.approx(series(6), rel=2e-3)
     assert np.sqrt(result.film.variance_of_mean().mean() * 32) < 0.05 * series(6)
@@ -116,7 +116,7 @@ def test_sphere_with_next_event_estimation_has_no_noise():
 
 
 def plane_below_lamp(x: float, size: float) -> SceneData:
-    """A camera looks at the point x of a floor. A lamp of 1.2 x 0.8 hangs at height 0.7. Lengths are in units of `size`."""
+    """A camera looks at the point x of a floor, below a lamp of 1.2 x 0.8 at height 0.7. All lengths are in units of `size`."""
     b, s = scenes.Builder(), size
     b.quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), scenes.material("floor", (0.5, 0.5, 0.5)))
     low, high, y, z = x - 0.6 * s, x + 0.6 * s, 0.4 * s, 0.7 * s
@@ -141,7 +141,7 @@ def test_lamp_lights_the_floor_by_its_form_factor(x, size, guide, nee):
 
 
 def test_both_sides_of_an_emitter_shine():
-    """As in Cycles, so exported scenes agree."""
+    """It is the same in Cycles, so exported scenes agree."""
     b = scenes.Builder()
     b.quad((-9, 2, -9), (-9, 2, 9), (9, 2, 9), (9, 2, -9), scenes.material("lamp", emission=(1.0, 2.0, 3.0)))
     for target in ((0, 1, 0), (0, -1, 0)):

@@ -1,4 +1,4 @@
-"""Lamps with shaders: a ray sees the radiance that was sampled, and a constant shader becomes part of the lamp."""
+"""Lamps with shaders: light sampling and rays give the same radiance, and a constant shader becomes part of the lamp."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ CODE = (
     Instruction("vector_math", (Node(0), Node(1), Node(2), 0.0), "MULTIPLY_ADD"),
     Instruction("vector_math", (Node(3), 0.0, 0.0, 0.0), "ABSOLUTE"),
     Instruction("light_path", mode="RAY_LENGTH"),
-    Instruction("math", (Node(5), 1e3, 0.0), "MINIMUM", (0,)),  # for suns it is too large to compute with
+    Instruction("math", (Node(5), 1e3, 0.0), "MINIMUM", (0,)),  # limited, because the distance to suns would overflow
 )
 VARYING = Shader("varying", CODE, (Closure("emission", 1.0, {"color": Node(4), "strength": Node(6)}),))
 CONSTANT = Shader(
@@ -42,7 +42,7 @@ def with_lamps(shader: Shader, *given: Lamp) -> SceneData:
 
 @kernel
 def sample_and_meet(table, shading, registers, k, x, u, sampled, met):
-    """(radiance of the sampled point, radiance seen by a ray sent there)."""
+    """(radiance of the sampled point, radiance that a ray to this point sees)."""
     shading = ref(shading)
     for i in range(len(u)):
         wi, distance, light, _ = lamps.sample(table, k, x, u[i, 0], u[i, 1])
@@ -62,7 +62,7 @@ def test_a_ray_meets_what_was_sampled():
         sampled, met = np.zeros((2, len(u), 3), np.float32)
         sample_and_meet(table, shading, registers, np.int64(k), (F(0.3), F(-0.2), F(-0.4)), u, sampled, met)
         hit = met.any(axis=1)
-        assert hit.mean() > 0.95, lamp.name  # some miss by rounding at the rim
+        assert hit.mean() > 0.95, lamp.name  # rounding makes some rays miss at the rim
         assert len(np.unique(sampled[:, 0])) > 100, lamp.name
         np.testing.assert_allclose(met[hit], sampled[hit], rtol=5e-3, atol=1e-4 * sampled.max(), err_msg=lamp.name)
 
@@ -84,7 +84,7 @@ def test_a_constant_that_is_not_finite_is_dark():
 
 
 def test_lamps_are_chosen_by_the_mean_of_their_shaders():
-    """The lamp's mean light is proportional to the strength, beyond the 1 % that every lamp gets."""
+    """The lamp's mean light is proportional to its strength, except for the added 1 %."""
     strong = replace(VARYING, closures=(replace(VARYING.closures[0], weight=2.0),))
     means = []
     for shader in (VARYING, strong):

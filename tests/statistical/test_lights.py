@@ -47,7 +47,7 @@ def test_alias_tables_draw_by_weight_and_leave_a_number_uniform(weights):
 
 
 def test_alias_tables_of_a_million_keep_rare_entries_rare():
-    """A single number of 24 bits would round a column's share to 1/16."""
+    """With a single number of 24 bits, each share of a column would be rounded to a multiple of 1/16."""
     weights = np.where(np.arange(1 << 20) % 2, 1.0, 0.01)
     chosen, rest = np.empty(N, np.int64), np.empty(N, np.float32)
     draw_alias(alias.alias_table(weights), numbers(), chosen, rest)
@@ -65,7 +65,7 @@ def draw_inverse(table, u, chosen, rest):
 
 @pytest.mark.parametrize("weights", [[1.0], [1, 0, 3, 1e-3], np.random.default_rng(3).exponential(size=1000) ** 3, [0, 0, 1, 0]])
 def test_inverse_tables_are_monotone_and_leave_a_number_uniform(weights):
-    """Each number's entry equals that of NumPy's search."""
+    """The entry for each number equals the result of NumPy's search."""
     weights, u = np.array(weights, float), np.sort(np.random.default_rng(1).random(N))
     chosen, rest = np.empty(N, np.int64), np.empty(N)
     draw_inverse(inverse.inverse_table(weights), u, chosen, rest)
@@ -85,7 +85,7 @@ LAMPS = {
     "ellipse": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, ellipse=True),
     "grid": Lamp("", "area", IDENTITY, WHITE, width=1.5, height=0.5, spread=1.2),
 }
-POINTS = [(0.1, -0.2, -1.0), (0.9, 0.6, -0.5), (0.1, 0.05, -0.2)]  # the last is inside the ball
+POINTS = [(0.1, -0.2, -1.0), (0.9, 0.6, -0.5), (0.1, 0.05, -0.2)]  # the last point is inside the ball
 
 
 @kernel
@@ -132,7 +132,7 @@ def test_a_ray_meets_what_was_sampled(name, x):
     wi, distance, light, pdf = sampled(LAMPS[name], x, 10_000)
     found, shining, density = met(LAMPS[name], x, wi)
     hit = np.isfinite(found)
-    assert hit.mean() > 0.995  # some miss by rounding at the rim
+    assert hit.mean() > 0.995  # rounding makes some rays miss at the rim
     if name != "sun":
         np.testing.assert_allclose(found[hit], distance[hit], rtol=2e-3)
     np.testing.assert_allclose(shining[hit], light[hit], rtol=1e-3, atol=1e-5)
@@ -142,7 +142,7 @@ def test_a_ray_meets_what_was_sampled(name, x):
 @pytest.mark.parametrize("x", POINTS)
 @pytest.mark.parametrize("name", LAMPS)
 def test_lamps_are_sampled_by_their_density(name, x):
-    """The density integrates to 1, and in each cell around the lamp's middle to the share of samples."""
+    """The integral of the density is 1. Over each cell around the lamp's middle, it equals the share of samples."""
     wi, *_ = sampled(LAMPS[name], x)
     total, spread = integral(LAMPS[name], x, sphere(1_000_000), 4 * np.pi)
     assert_means(total, spread, 1.0)
@@ -160,22 +160,22 @@ def test_lamps_are_sampled_by_their_density(name, x):
 
 
 def integral(lamp: Lamp, x, probes: np.ndarray, solid_angle: float, cell: np.ndarray | None = None, count: int = 1):
-    """(integrals of the density over cells, variances of these estimates), from directions uniform in a solid angle."""
+    """(integrals of the density over cells, variances of these estimates). probes: uniform directions in a solid angle."""
     distance, _, pdf = met(lamp, x, probes)
     values = np.where(np.isfinite(distance), pdf, 0).astype(float) * solid_angle
     cell = np.zeros(len(probes), int) if cell is None else cell
     mean, squares = (np.bincount(cell, v, minlength=count) / len(probes) for v in (values, values**2))
-    return mean, (squares - mean**2) / len(probes) + (1e-6 * mean) ** 2  # the last term: rounding, if the density is constant
+    return mean, (squares - mean**2) / len(probes) + (1e-6 * mean) ** 2  # last term: rounding of a constant density
 
 
 def around(middle: np.ndarray) -> np.ndarray:
-    """Rows: two axes across the unit vector `middle`, and `middle`."""
+    """(3, 3): two unit vectors perpendicular to the unit vector `middle`, then `middle`."""
     middle = middle / np.linalg.norm(middle)
     return np.vstack([np.linalg.svd(middle[None, :])[2][1:], middle])
 
 
 def cells(local: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """The cell of each direction: rings around +z between cosines, each cut in eight."""
+    """The cell of each direction: rings around +z with cosines between `edges`, each divided into eight."""
     turn = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1
     return np.searchsorted(edges, local[:, 2]) * 8 + (turn * 8).astype(int).clip(max=7)
 
@@ -202,7 +202,7 @@ def test_irradiance_of_each_lamp():
 
 
 def test_a_spread_keeps_the_power():
-    """With the cosine, the softbox's radiance integrates to that of Lambert's emitter."""
+    """The integral of softbox radiance times cosine equals that of Lambert's emitter."""
     cosine = np.sqrt((np.arange(200_000) + 0.5) / 200_000).astype(np.float32)
     light = np.empty_like(cosine)
     shine(lamps.lamp_table((LAMPS["grid"],)), cosine, light)
@@ -214,7 +214,7 @@ def test_a_spread_keeps_the_power():
 
 @kernel
 def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf):
-    table, shading, surface = ref(table), ref(shading), ref(surface)  # as in the tracer: Numba compiles it once for both
+    table, shading, surface = ref(table), ref(shading), ref(surface)  # references, as in the tracer: compiled only once
     for i in range(len(u)):
         choice = np.float64(u[i, 0])
         wi, distance, _, pdf[i], emitters[i] = sample_light(table, shading, surface, registers, x, 0, choice, u[i, 1], u[i, 2])
@@ -222,7 +222,7 @@ def draw_lights(table, shading, surface, registers, x, u, points, emitters, pdf)
 
 
 def unfold(barycentric: np.ndarray) -> np.ndarray:
-    """Maps uniform points in a triangle to uniform ones in the unit square: squared distance from corner 0, position across."""
+    """Maps uniform points in a triangle to uniform points in the unit square: (squared distance from corner 0, position across)."""
     s = barycentric.sum(axis=1)
     return np.stack([s * s, barycentric[:, 0] / s], axis=1).clip(0, 1)
 

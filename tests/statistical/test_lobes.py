@@ -1,4 +1,4 @@
-"""Every lobe: samples follow its density (chi-squared), energy is not gained, and reciprocity holds."""
+"""Every lobe: samples follow its density (chi-squared), no energy is gained, and reciprocity holds."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.significance import assert_distributed, assert_means, assert_uniform
 
 N = 100_000
 BINS, NODES = 16, 64  # bins along z and around it; quadrature nodes along each side of a bin
-ERROR = 1e-3  # limit for the error of integrals over the sphere: narrow lobes contain few of its directions
+ERROR = 1e-3  # limit for the error of integrals over the sphere: narrow lobes contain few directions of the grid
 WHITE = (1.0, 1.0, 1.0)
 RED = (0.9, 0.3, 0.1)
 X = (1.0, 0.0, 0.0)
@@ -48,7 +48,7 @@ def numbers(count: int = N) -> np.ndarray:
 def sphere() -> np.ndarray:
     """Directions (n, 3), one in each cell of a fine grid of equal solid angles. `per_bin` sums over bins.
 
-    They are jittered: the refracted lobe ends abruptly, in places along a line of the grid.
+    The directions are jittered, because the edge of the refracted lobe is sharp and partly parallel to a line of the grid.
     """
     steps = BINS * NODES
     jitter = np.random.default_rng(2).random((2, steps, steps))
@@ -87,7 +87,7 @@ def test_samples_follow_their_density(kind, inputs, angle, back):
     wi, label, _ = seen.sample(numbers())
     masses = per_bin(seen.evaluate(SPHERE)[1])
     assert masses.sum() < 1 + ERROR
-    # Failed samples are a bin of their own. The density's integral lacks exactly these.
+    # Failed samples have their own bin: 1 - integral of the density is their probability.
     observed, expected = np.append(counts(wi[label > 0]), (label == 0).sum()), N * np.append(masses, max(1 - masses.sum(), 0))
     assert_distributed(observed, expected * N / expected.sum())
 
@@ -107,7 +107,7 @@ def test_weighted_samples_estimate_the_albedo(kind, inputs, angle, back):
 @pytest.mark.parametrize("angle", [5, 35, 50, 70])
 @pytest.mark.parametrize("back", [False, True])
 def test_glass_is_picked_as_often_as_it_scatters(back, angle, roughness):
-    """From inside as well, where glass may reflect all. An estimate far below it makes fireflies where light passes straight."""
+    """Also from inside, where glass may reflect all light. If the picking probability is far too small, there are fireflies."""
     seen = surface_of(("glass", {"roughness": roughness, "ior": 1.5}), wo=direction(angle), backfacing=back)
     np.testing.assert_allclose(seen.summary()[0], integral(seen)[0], rtol=0.2)
 
@@ -154,10 +154,10 @@ PRESERVING = [
 @pytest.mark.parametrize("angle", [10, 50, 75])
 @pytest.mark.parametrize(("kind", "inputs", "tolerance"), PRESERVING, ids=[f"{kind}-{k}" for k, (kind, *_) in enumerate(PRESERVING)])
 def test_white_lobes_keep_all_energy(kind, inputs, tolerance, angle):
-    """The tolerances are interpolation errors of the tables; Cycles has them, too."""
+    """The tolerances are interpolation errors of the tables. Cycles has the same errors."""
     seen = surface_of((kind, inputs), wo=direction(angle, 25))
     np.testing.assert_allclose(integral(seen), 1, atol=tolerance)
-    if kind != "glass":  # its estimate is that of smooth glass
+    if kind != "glass":  # the estimate for glass is that of smooth glass
         np.testing.assert_allclose(seen.summary()[0], 1, atol=tolerance)
 
 
@@ -188,7 +188,7 @@ RECIPROCAL = [
     ("metallic", {"roughness": 0.5, "multiscatter": 0.0}),
     ("glass", {"roughness": 0.6, "ior": 1.4, "multiscatter": 0.0}),
     ("refraction", {"roughness": 0.6, "ior": 1.4}),
-]  # as in Cycles, the compensation depends on wo alone, and so is not reciprocal
+]  # as in Cycles, the compensation depends on wo alone, so it is not reciprocal
 
 
 @pytest.mark.parametrize(("kind", "inputs"), RECIPROCAL, ids=[f"{kind}-{k}" for k, (kind, _) in enumerate(RECIPROCAL)])
@@ -197,11 +197,11 @@ def test_light_takes_every_way_back(kind, inputs):
     for there in (direction(a, t) for a, t in ((20, 10), (60, 100), (80, 200), (130, 15), (155, 70), (160, 205))):
         wo, up = direction(35, 25), there[2] > 0
         forth = surface_of((kind, inputs), wo=wo).evaluate(there[None])[0][0] / abs(there[2])
-        # Seen from below, the surface is turned over: its normal is on the side of wo.
+        # If wo is below the surface, the surface is turned over: its normal is on the side of wo.
         turn = np.array([1, 1, 1]) if up else np.array([1, -1, -1])
         back = surface_of((kind, inputs), wo=there * turn, backfacing=not up).evaluate((wo * turn)[None])[0][0] / wo[2]
         ior = inputs.get("ior", 1.0) if not up else 1.0
-        np.testing.assert_allclose(forth / ior**2, back, rtol=2e-4, atol=1e-7)  # radiance grows by ior^2 when it enters
+        np.testing.assert_allclose(forth / ior**2, back, rtol=2e-4, atol=1e-7)  # radiance is multiplied by ior^2 when light enters
         found += forth.max() > 0
     assert found
 

@@ -22,7 +22,7 @@ OPEN = scenes.look((0, 0, 0), (0, 1, 0), 90, 8, 8)
     ("guide", "emphasis"), [(BSDF(), 0.0), (Uniform(), 0.0), (BSDF(), 0.5)], ids=lambda value: getattr(value, "kind", value)
 )
 def test_emission_and_direct_light_are_what_fewer_bounces_give(guide, emphasis, nee):
-    """Streams do not depend on the depth limit, so a render with fewer bounces has the same paths, cut off."""
+    """Random numbers do not depend on the depth limit, so a render with fewer bounces has the same paths, but shorter."""
     scene = studio(24)
     settings = Render(spp=SPP, max_bounces=5, nee=nee, emphasis=emphasis, guide=guide)
     image, emission, direct = (render(scene, replace(settings, max_bounces=n), MACHINE).image for n in (5, 0, 1))
@@ -47,7 +47,7 @@ def test_passes_of_the_first_surface_are_those_of_the_geometry():
         np.testing.assert_allclose(layers[name], np.where(on[..., None], value, 0), atol=1e-5)
     x, y = np.meshgrid((np.arange(12) - 5.5) / 4, (3.5 - np.arange(8)) / 4)
     middles = np.where(on[..., None], np.stack([x, y, np.full_like(x, 0.5)], axis=-1), 0)
-    np.testing.assert_allclose(layers["Position"], middles, atol=5 * 0.25 / np.sqrt(12 * 400))  # five sigma of the mean in a pixel
+    np.testing.assert_allclose(layers["Position"], middles, atol=5 * 0.25 / np.sqrt(12 * 400))  # five sigma of a pixel's mean
     np.testing.assert_allclose(layers["Position"][on][:, 2], 0.5, atol=1e-5)
 
 

@@ -1,4 +1,4 @@
-"""Q converges to the mean radiance that arrives through each patch. Path tracing from the cell gives the truth."""
+"""Q converges to the mean incident radiance through each patch. Path tracing from the cell gives the true values."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ GRID = {"rows": ROWS, "columns": COLUMNS, "cells": 6, "bsdf_fraction": 1.0}
 
 
 def lit_box() -> SceneData:
-    """A closed grey box, 2 wide, with a shining ceiling: light is smooth, and bounces often."""
+    """A closed grey box of width 2 with an emitting ceiling: the light is smooth, and scatters many times."""
     b = scenes.Builder()
     walls = scenes.everywhere(scenes.material("grey", (0.6, 0.6, 0.6)))
     scenes.box(b, (-1, -1, -1), (1, 1, 1), walls | {"+z": scenes.material("ceiling", emission=(1.0, 1.0, 1.0))})
@@ -35,7 +35,7 @@ def truth(scene: SceneData, position: np.ndarray, normal: np.ndarray) -> np.ndar
 
 
 def learnt(scene: SceneData, settings: Render, passes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(positions of cells, their normals, Q (C, N) in the scene's units), after `passes`."""
+    """(positions of cells, normals of cells, Q (C, N) in the scene's units) after `passes` passes."""
     guide, tracer = make_guide(settings.guide, scene, seed=3), PassTracer(scene, settings, MACHINE, learning=True)
     film, pixels = Film(scene.camera.width, scene.camera.height), np.arange(scene.camera.width * scene.camera.height)
     for sample in range(passes):
@@ -54,8 +54,8 @@ def learnt(scene: SceneData, settings: Render, passes: int) -> tuple[np.ndarray,
 def test_q_in_a_box_below_a_bright_ceiling_is_the_radiance_that_arrives(guide, record_property):
     """Errors relative to the cell's mean radiance, for cells in the middle of the floor, the back wall and a side wall.
 
-    Measured: a mean of 0.03 over a cell's patches, a root mean square of 0.07. Causes are the table's cells, 1/3 wide, and the network's
-    size. The limits are about twice that.
+    Measured: mean error 0.03 over a cell's patches, root mean square 0.07. The causes are the width of the table's cells, 1/3, and the
+    size of the network. The limits are about twice the measured errors.
     """
     scene = lit_box()
     position, normal, q = learnt(scene, Render(nee=False, guide=guide), 60)
@@ -72,7 +72,7 @@ def test_q_in_a_box_below_a_bright_ceiling_is_the_radiance_that_arrives(guide, r
 
 
 def test_a_hemisphere_camera_sees_the_patches_of_its_point():
-    """A lamp fills the patch (row 2, column 1) of a floor's hemisphere: only that pixel sees it."""
+    """A lamp fills the patch at row 2, column 1 of a floor's hemisphere. Only the pixel of this patch sees the lamp."""
     b, corners = scenes.Builder(), []
     for cosine, turn in ((0.5, 1 / 6), (0.5, 2 / 6), (0.75, 2 / 6), (0.75, 1 / 6)):
         sine = np.sqrt(1 - cosine**2)

@@ -1,4 +1,4 @@
-"""Rays that leave a surface do not hit it again, and do not miss what it encloses, at any size and distance from the origin."""
+"""Rays that start on a surface do not hit it again, and rays into a closed surface do not leave it, at any size and place."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ WHITE = scenes.material("white", (1.0, 1.0, 1.0))
 ANY = 1  # kind of rays
 AGAIN, THROUGH = range(2)
 SHELLS, RAYS = 12, 20_000  # shells of each kind; rays from each side of each shell
-RARE = 1e-4  # allowed share of rays: those that start within rounding of an edge
+RARE = 1e-4  # allowed share of failing rays: those whose start is as near to an edge as rounding errors
 
 
 @part
@@ -36,9 +36,9 @@ def grazing(n, u, v):
 
 @kernel
 def leave(surface, memory, first, object_, share, count, found):
-    """From points of a closed convex shell, count rays that go out and hit it, and rays that go in and hit nothing.
+    """Count failing rays from points of a closed convex shell: outward rays that hit the shell, inward rays that hit nothing.
 
-    `first`: the object's first triangle. `share` (1, T): cumulative shares of the triangles' area.
+    first: the object's first triangle. share (1, T): cumulative shares of the triangles' area.
     """
     surface, memory = ref(surface), ref(memory)
     for i in range(count):
@@ -79,7 +79,7 @@ def cube(rng: np.random.Generator) -> np.ndarray:
 
 
 def slab(rng: np.random.Generator) -> np.ndarray:
-    """1 m wide, 0.05 mm thick."""
+    """The corners of a slab, 1 m wide and 0.05 mm thick."""
     return turned(cube(rng) * (1, 1, 5e-5), rng)
 
 
@@ -98,7 +98,7 @@ def areas(scene: SceneData) -> np.ndarray:
     ],
 )  # fmt: skip
 def test_rays_leave_and_stay_inside(kind, size, away):
-    """At most one ray in 10,000 fails. There are a quarter of a million rays each way; up to 6 fail today."""
+    """At most one ray in 10,000 fails. Of a quarter of a million rays in each direction, at most 6 fail today."""
     rng, memory, found = np.random.default_rng(3), rays(), np.zeros(2, np.int64)
     for _ in range(SHELLS):
         scene = shell(kind(rng) * size + turned(np.array([(away, 0.0, 0.0)]), rng))
@@ -115,12 +115,12 @@ def test_rays_leave_and_stay_inside(kind, size, away):
     ],
 )  # fmt: skip
 def test_rays_leave_and_stay_inside_instances(kind, size, beside, scale, away):
-    """The same for instances: their meshes lie `beside` the mesh's origin; a matrix scales, turns and moves them."""
+    """The same for instances. A mesh is at the distance `beside` from its own origin; a matrix scales, turns and moves it."""
     rng, memory, found = np.random.default_rng(4), rays(), np.zeros(2, np.int64)
     for _ in range(SHELLS):
         mesh = shell(kind(rng) * size + turned(np.array([(beside, 0.0, 0.0)]), rng))
         placing = turned(np.diag(scale), rng).T
-        if kind is pebble:  # any matrix with these scales; a cube would be thinner at some edges
+        if kind is pebble:  # a general matrix with these scales; for a cube it would make some edges thinner
             placing = turned(placing, rng)
         shift = turned(np.array([(away, 0.0, 0.0)]), rng)[0] - placing @ mesh.vertices[0]
         floor = moved(scenes.lit_quad(mesh.camera), shift + placing @ mesh.vertices[0] - 1000)
@@ -147,7 +147,7 @@ def level(b: scenes.Builder, z: float, half: float, of) -> None:
 
 @pytest.mark.parametrize("lamp", [False, True], ids=["emitter", "lamp"])
 def test_a_sheet_before_a_light_shades_it(lamp):
-    """A sheet 0.05 mm below a lamp, 3 m above the floor that the lamp would light."""
+    """A sheet 0.05 mm below a lamp blocks its light. The floor is 3 m below."""
     b = scenes.Builder()
     level(b, 0.0, 4.0, scenes.material("floor", (0.8, 0.8, 0.8)))
     level(b, 3.0 - 5e-5, 0.6, scenes.material("sheet"))
@@ -164,7 +164,7 @@ def test_a_sheet_before_a_light_shades_it(lamp):
 
 
 def panes(b: scenes.Builder, count: int) -> None:
-    """Each sheet transmits one half, and lies 0.05 mm above the one before."""
+    """Add sheets, each 0.05 mm above the sheet before. Each sheet transmits one half."""
     for k in range(count):
         level(b, 3.0 + k * 5e-5, 4.0, Shader("pane", (), (Closure("transparent", 1.0, {"color": (0.5, 0.5, 0.5)}),)))
 

@@ -82,7 +82,7 @@ def test_a_direction_drawn_in_a_patch_lies_in_it(rows, columns):
     u, directions, found = 1e-3 + 0.998 * numbers(), np.empty((N, 3), np.float32), np.empty(N, np.int64)
     draw_patch(rows, columns, chosen, u, directions)
     patches(rows, columns, directions, found)
-    np.testing.assert_array_equal(found, chosen)  # 1e-3 keeps away from edges, where rounding decides
+    np.testing.assert_array_equal(found, chosen)  # with a margin of 1e-3 to the edges, where rounding decides
 
 
 def test_directions_are_uniform_within_their_patch():
@@ -125,7 +125,7 @@ def pdf_of(directions: Directions, row: int, wi: np.ndarray) -> np.ndarray:
 
 
 def made_up() -> Directions:
-    """Cell 0: anything; 1: half of the patches never; 2: all in one patch; 3: all alike."""
+    """A table of four cells. Weights of patches: cell 0, random; cell 1, half of them 0; cell 2, all but one 0; cell 3, equal."""
     weights = np.random.default_rng(5).exponential(size=(4, ROWS * COLUMNS))
     weights[1, ::2] = 0
     weights[2] = np.arange(ROWS * COLUMNS) == 9
@@ -141,7 +141,7 @@ def test_guided_samples_follow_the_table(row):
     np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-6)
     masses = hemisphere_masses(lambda wi: pdf_of(table, row, wi), 3 * ROWS, 3 * COLUMNS)
     assert masses.sum() == pytest.approx(1, abs=1e-5)
-    # Rounding moves a few samples across the edge of their patch; the neighbour's probability may be 0.
+    # Rounding moves a few samples into a neighbouring patch, whose probability may be 0.
     counts = hemisphere_counts(drawn, 3 * ROWS, 3 * COLUMNS)
     assert counts[masses == 0].sum() <= 5
     assert_distributed(np.where(masses > 0, counts, 0), N * masses)

@@ -44,7 +44,7 @@ both = pytest.mark.parametrize("stratified", [True, False], ids=["stratified", "
 @both
 @pytest.mark.parametrize("along", ["seed", "pixel", "sample", "dimension"])
 def test_streams_are_uniform_along_every_part_of_the_key(along, stratified):
-    if along == "sample" and stratified:  # samples of one pixel are far more even than chance
+    if along == "sample" and stratified:  # stratified samples of a pixel are far more uniform than random ones
         drawn = draws(True, pixel=I // 8, sample=I * 7919 % 1_000_000)
     else:
         drawn = draws(stratified, **{along: I}) if along != "dimension" else draws(stratified, pixel=I // 64, dimension=I % 64)
@@ -97,7 +97,7 @@ def test_streams_are_pure_functions_of_their_keys_and_all_different(stratified):
 @pytest.mark.parametrize("block", [0, 3, 950])
 @pytest.mark.parametrize("k", [1, 2, 5, 10])
 def test_every_elementary_interval_holds_one_of_each_block_of_samples(k, block):
-    """A (0, 2)-sequence in every pixel: 2^k samples from a multiple of 2^k on have one sample in each cell 2^-a x 2^-(k - a), for all a."""
+    """A (0, 2)-sequence in every pixel: of 2^k samples, beginning at a multiple of 2^k, each cell 2^-a x 2^-(k - a) has one, for all a."""
     pixels, samples = np.arange(60)[:, None], block * 2**k + np.arange(2**k)
     drawn = draws(True, seed=pixels % 3, pixel=pixels, sample=samples, dimension=pixels % 11).astype(float)
     for a in range(k + 1):
@@ -106,7 +106,7 @@ def test_every_elementary_interval_holds_one_of_each_block_of_samples(k, block):
 
 
 def test_blocks_of_samples_are_independent():
-    """No index is cut off: the last samples have numbers of their own."""
+    """Indices of blocks keep all their bits: the last samples have their own random numbers."""
     one, other = draws(True, pixel=I, sample=6), draws(True, pixel=I, sample=6 + BLOCK)
     for a, b in itertools.product(one.T, other.T):
         assert_uniform(np.stack([a, b], axis=1), 24)
@@ -117,14 +117,15 @@ def test_blocks_of_samples_are_independent():
 
 @pytest.mark.parametrize("k", [3, 6])
 def test_dimensions_of_a_pixel_do_not_correlate(k):
-    """Over 2^k samples, the correlation of two dimensions has mean 0 and the variance of random nested orders.
+    """Over 2^k samples, the correlation of two dimensions has mean 0, and the variance of random nested orders.
 
-    With bit b < k of x flipped at random by the bits above it, sum x y / sum x^2 has the variance 2 sum_b 8^-b / (sum_b 4^-b)^2 / 2^k.
+    In such an order, the higher bits decide at random whether bit b < k of x is flipped. The variance of sum x y / sum x^2 is then
+    2 sum_b 8^-b / (sum_b 4^-b)^2 / 2^k.
     """
     pixels, samples, count, bits = np.arange(20_000)[:, None], np.arange(2**k), 2**k, np.arange(k)
     nested = 2 * (8.0**-bits).sum() / (4.0**-bits).sum() ** 2 / count
     drawn = [draws(True, pixel=pixels, sample=samples, dimension=d).astype(float) for d in (3, 4, 5, 11)]
-    strata = [np.floor(pair * count) - (count - 1) / 2 for pair in drawn]  # each stratum once
+    strata = [np.floor(pair * count) - (count - 1) / 2 for pair in drawn]  # each stratum occurs once
     for one, other in itertools.combinations(strata, 2):
         for i, j in itertools.product(range(2), repeat=2):
             r = (one[..., i] * other[..., j]).sum(axis=1) / (one[..., i] ** 2).sum(axis=1)
@@ -134,7 +135,7 @@ def test_dimensions_of_a_pixel_do_not_correlate(k):
 
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_the_order_of_samples_in_a_pixel_is_a_chance_order(k):
-    """All pairs of strata of two numbers are equally likely for a sample: 2^k x 2^k pairs."""
+    """For a sample, all 2^k x 2^k pairs (stratum of one number, stratum of another number) are equally likely."""
     pixels, count = I[:, None], 2**k
     one, other = (np.floor(draws(True, pixel=pixels, sample=np.arange(count), dimension=d) * count) for d in (3, 4))
     for i, j, sample in itertools.product(range(2), range(2), range(count)):

@@ -1,4 +1,4 @@
-"""Suns in the world's shader: found where rays see them, drawn in proportion to their light, with the density of the draws."""
+"""Suns in the world's shader: they are found where rays see them, drawn in proportion to their light, and the density is correct."""
 
 import math
 from dataclasses import replace
@@ -40,7 +40,7 @@ def scene_under(world: Shader) -> SceneData:
 
 
 def under(*mapped: Instruction, size: float = SIZES[0], color: Value = SKY, intensity: float = INTENSITIES[0]) -> list[Instruction]:
-    """A sun's shader. Its coordinates are the last of the instructions, or the direction."""
+    """A sun's shader. Its coordinates are the value of the last instruction of `mapped`; without instructions, the direction."""
     code = [Instruction("position"), *mapped]
     return [*code, Instruction("sun_disc", (Node(len(code) - 1), color, ELEVATION, size, intensity), options=(0, 0))]
 
@@ -90,7 +90,7 @@ def test_a_sun_is_where_rays_see_it(code: list[Instruction]):
 
 
 def test_the_smallest_sun_is_drawn_from_evenly():
-    """The cosine of its radius is 1 in single precision."""
+    """In single precision the cosine of this sun's radius is 1."""
     world = shader(under(size=0.0005))
     dark, (sun,) = without_suns(world, compile_shaders(scene_under(world)))
     table, _ = world_map(dark, [sun])
@@ -100,7 +100,7 @@ def test_the_smallest_sun_is_drawn_from_evenly():
     draw(table, u, wi, pdf)
     aside = np.cross(wi.astype(float), table.suns[0].astype(float))
     squares = (aside**2).sum(axis=1) / math.sin(sun.half) ** 2
-    assert (squares > 1).mean() < 2e-3  # rounding puts these just outside
+    assert (squares > 1).mean() < 2e-3  # rounding moves these just outside of the disc
     assert_uniform(squares.clip(0, 1)[:, None], 8)
 
 
@@ -128,15 +128,15 @@ def test_directions_are_drawn_by_the_light_of_map_and_suns():
     within = cosines > np.cos([[sun.half] for sun in suns])
     solid_angles = np.array([4 * np.pi * np.sin(sun.half / 2) ** 2 for sun in suns])
     shares = light / light.sum()
-    even = shares[0] / (4 * np.pi)  # density of the map: the sky is uniform
+    even = shares[0] / (4 * np.pi)  # density of the map, which is uniform like the sky
     expected = shares[1:] + even * solid_angles
     assert_distributed(np.bincount(within[0] + 2 * within[1], minlength=3), N * np.array([1 - expected.sum(), *expected]))
-    for sun, inside, cosine in zip(suns, within, cosines, strict=True):  # uniform in the solid angle
+    for sun, inside, cosine in zip(suns, within, cosines, strict=True):  # samples are uniform in the solid angle of the sun
         x, y = np.linalg.svd(sun.axis[None])[2][1:]
         turn = np.arctan2(wi[inside] @ y, wi[inside] @ x) / (2 * np.pi) + 0.5
         assert_uniform(np.stack([(1 - cosine[inside]) / (1 - np.cos(sun.half)), turn], axis=1).clip(0, 1 - 1e-7), 8)
 
-    # The density is that of the draws, and the light of all directions has its analytic value.
+    # The density is that of the samples, and the integral of the light over all directions has its analytic value.
     probes = around(np.array((0.0, 0.0, 1.0)), math.pi, 1 << 20)
     density = np.empty(len(probes), np.float32)
     densities(table, probes.astype(np.float32), density)

@@ -1,4 +1,4 @@
-"""Guides, next-event estimation and roulette change the variance, never the mean, however bad a guide's table is."""
+"""Guides, next-event estimation and roulette change the variance, but never the mean, even with a very bad table of a guide."""
 
 from dataclasses import replace
 from functools import cache
@@ -34,7 +34,9 @@ class Blocks(NamedTuple):
 
 
 def blocks(films: list[Film], block: int) -> Blocks:
-    """Independent seeds. A pass is unbiased given its guide. Stratified samples have at most the variance of independent ones."""
+    """Blocks of films with independent seeds. Each pass is unbiased for its guide. Stratified samples have at most the variance of
+    independent samples.
+    """
     mean = np.mean([film.mean() for film in films], axis=0, dtype=float)
     variance = np.sum([film.variance_of_mean() for film in films], axis=0) / len(films) ** 2
 
@@ -62,7 +64,7 @@ def assert_unbiased(films: list[Film], truth: Film) -> None:
 
 
 def rendered(scene: str, settings: Render) -> list[Film]:
-    """Films of independent seeds. AssertionError where a guide that learns has not learnt: that would test the material's own sampling."""
+    """Films of independent seeds. Asserts that guides that learn have learnt; otherwise the test would check the material's sampling."""
     results = [render(SCENES[scene], replace(settings, seed=seed), MACHINE) for seed in SEEDS]
     if settings.guide.learns:
         assert all("loss" in result.curve[-2] for result in results), "nothing was learnt"
@@ -97,7 +99,7 @@ def test_russian_roulette_ends_paths_and_costs_no_bias(name):
     assert_unbiased([result.film for result in results], truth(name))
 
 
-# --- a table as bad as can be ------------------------------------------------------------------------------------------
+# --- a very bad table --------------------------------------------------------------------------------------------------
 
 
 def points_on(scene: SceneData, per_triangle: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from tests.patience import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Runs `rlg` and prints a line when it reaches a function. It is the command's own process, so signals reach it alone.
+# Runs `rlg`, and prints a line when it reaches a function. This is the process of the command, so signals reach only the command.
 TELLING = """
 import importlib, sys
 from blender_rl_guiding.doors import cli
@@ -43,7 +43,7 @@ def bundle(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module", autouse=True)
 def _own_references(own_references: None) -> None:
-    """Compiles kernels before all tests here."""
+    """Keeps references out of the user's cache, in all tests of this folder."""
 
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -51,7 +51,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.fixture
 def rlg(compiled: None, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `rlg` with arguments in this process: a new one would load Numba, torch and the kernels again."""
+    """Run `rlg` with arguments in this process. A new process would have to load Numba, torch and the kernels again."""
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:
         capsys.readouterr()
@@ -82,8 +82,8 @@ def rlg_process(compiled: None) -> Run:
 def interrupted(compiled: None) -> Callable[..., tuple[int, str]]:
     """Run `rlg` with arguments; send SIGINT when it reaches `moment` ("module:class:function") for the `nth` time.
 
-    Waits until it and all its children have ended. Returns (status, stderr of all). `group`: send SIGINT to the children, too, as a
-    terminal does.
+    Waits until `rlg` and all its children have ended. Returns (status, stderr of all of them). group: send SIGINT to the children, too,
+    like a terminal.
     """
 
     def run(moment: str, nth: int, *arguments: object, after: float = 0.05, group: bool = False) -> tuple[int, str]:

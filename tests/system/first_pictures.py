@@ -1,6 +1,6 @@
-"""The pictures that a person sees first, by Cycles: python -m tests.system.first_pictures FOLDER.
+"""Renders Blender's start-up files, a user's first pictures, by Cycles: python -m tests.system.first_pictures FOLDER.
 
-For each start-up file with something to render, FOLDER gets NAME.blend, the file with a smaller image, NAME-reference.exr, and
+For each start-up file with something to render, FOLDER gets NAME.blend (the file with a smaller image), NAME-reference.exr, and
 NAME-0.exr, NAME-1.exr, ... with `SPP` samples and no bias. Runs in a process of its own, with Blender inside.
 """
 
@@ -19,7 +19,7 @@ FILES = {"default": None, "sculpting": "Sculpting"}
 
 
 def opened(template: str | None) -> bpy.types.Scene:
-    """Open a start-up file. That for sculpting has a camera, but it is not the scene's."""
+    """Open a start-up file. The file for sculpting has a camera, but the scene does not use it: make it the scene's camera."""
     if template:
         bpy.ops.wm.read_homefile(use_factory_startup=True, app_template=template)
     else:

@@ -1,7 +1,7 @@
 """Runs the renderer and kills it at a chosen moment: python -m tests.system.killed MOMENT rlg|worker ARGUMENTS.
 
-MOMENT is `written:N`, right after the Nth checkpoint is written; `writing:N`, in the middle of writing it; `saving:N`, when run N is
-saved; or `never`. A checkpoint is written before every pass.
+MOMENT is `written:N` (right after the Nth checkpoint is written), `writing:N` (while the Nth checkpoint is being written), `saving:N`
+(when run N is saved) or `never`. A checkpoint is written before every pass.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Foreseen memory over measured peaks: `python -m tests.system.peaks`, on Linux. Prints a line of JSON, ratios by name."""
+"""Estimated memory / measured peak memory: `python -m tests.system.peaks`, on Linux. Prints one line of JSON: {name: ratio}."""
 
 import ctypes
 import json
@@ -20,13 +20,13 @@ ROOM, MACHINE = scenes.tiny(48), Machine(threads=2)
 
 
 def status(name: str) -> int:
-    """Bytes of this process: VmRSS, resident now, or VmHWM, the most since the last reset."""
+    """Bytes of this process. VmRSS: resident memory now. VmHWM: the maximum of that since the last reset."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(name))
 
 
 def ratio(scene: SceneData, settings: Render) -> float:
-    """Foreseen over measured bytes of a render, saving included."""
+    """(estimated bytes) / (measured bytes) of a render, with saving."""
     ctypes.CDLL(None).malloc_trim(0)  # otherwise the process keeps freed memory
     foreseen, before = needs(scene, settings, MACHINE).total, status("VmRSS")
     Path("/proc/self/clear_refs").write_text("5")
@@ -65,7 +65,7 @@ def meshes(count: int) -> SceneData:
 
 
 def main() -> None:
-    """Measure."""
+    """Measure all ratios, and print them."""
     wide = replace(ROOM, camera=replace(ROOM.camera, width=1600, height=1200))
     papered = replace(ROOM, textures=(Texture("", False, np.ones((4096, 4096, 4), np.float32)),))
     warm_up(BSDF(), MACHINE)

@@ -1,4 +1,4 @@
-"""An animation is rendered into numbered files. Interrupted anywhere, it goes on with the same bits."""
+"""An animation is rendered into numbered files. After an interrupt at any moment, it goes on with the same bits."""
 
 import json
 import subprocess
@@ -36,7 +36,7 @@ scene.frame_set(10)
 bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 """
 
-# `rlg` that is killed while it writes its second frame.
+# A program that runs `rlg` and kills it while `rlg` writes its second frame.
 KILLED = """
 import os, signal, sys
 from blender_rl_guiding.doors import cli
@@ -110,7 +110,7 @@ ENDS = [("image", "exr"), ("image", "png"), ("result", "json")]
 def test_the_frames_are_those_of_single_renders(rlg, blend, tmp_path):
     flags = ["--spp", 2, "--nee", "--out"]
     assert rlg("render", blend, "--frames", "12..13", "--camera", "B", *flags, tmp_path / "all").returncode == 0
-    assert rlg("render", blend, "--frame", 13, *flags, tmp_path / "one").returncode == 0  # a marker chose B
+    assert rlg("render", blend, "--frame", 13, *flags, tmp_path / "one").returncode == 0  # a timeline marker has chosen camera B
     single = read_exr(tmp_path / "one" / "image.exr")[0]
     assert images(tmp_path / "all")["image-0013.exr"].tobytes() == single.tobytes()
 

@@ -1,4 +1,4 @@
-"""The command line: the files it writes. Each bad input gives one line on stderr, a status other than 0, and no file."""
+"""The command line writes the right files. Each bad input gives one line on stderr, a status other than 0, and no file."""
 
 import csv
 import json
@@ -28,7 +28,7 @@ def files(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
-# --- what it writes --------------------------------------------------------------------------------------------------
+# --- written files ---------------------------------------------------------------------------------------------------
 
 
 def test_render_writes_an_image_and_how_it_was_made(rlg_process, bundle, tmp_path):
@@ -153,7 +153,7 @@ def test_an_empty_scene_is_compared_and_says_why_nothing_is_learnt(world: tuple[
 COMPARE = ["compare", "{bundle}", "--out", "{out}", "--spp", "1", "--reference-spp", "1", "--methods"]
 RENDER = ["render", "{bundle}", "--out", "{out}", "--spp", "1"]
 
-# What the line names, and the command.
+# Text in the error line -> command.
 BAD = {
     "invalid choice: 'draw'": ["draw"],
     "COMMAND": [],
@@ -235,7 +235,7 @@ BAD = {
 
 @pytest.fixture
 def bad_files(bundle: Path, tmp_path: Path) -> Path:
-    """A folder with a file of each fault."""
+    """A folder with one bad file for each kind of fault."""
     (tmp_path / "cut.npz").write_bytes(bundle.read_bytes()[:1000])
     (tmp_path / "cut.blend").write_bytes((ROOT / "scenes" / "c1.blend").read_bytes()[:5000])
     (tmp_path / "empty.blend").touch()

@@ -1,4 +1,4 @@
-"""Scene, settings and seed decide every bit of the image. Threads, batches, the process and its environment do not."""
+"""Scene, settings and seed decide every bit of the image. Threads, batches, the process and its environment have no effect."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""The first picture: Blender's start-up files, rendered without flags, are as good as with Cycles at equal samples."""
+"""The first picture of a user: Blender's start-up files, rendered without flags, are as good as Cycles' images at equal samples."""
 
 import subprocess
 import sys
@@ -16,7 +16,7 @@ from tests.system.conftest import ROOT, Run
 from tests.system.first_pictures import FILES, REFERENCE_SPP, SEEDS, SPP
 
 pytestmark = [pytest.mark.slow, pytest.mark.blender]
-WORST = 1.5  # limit for our error over that of Cycles; seeds change it by about 5 %
+WORST = 1.5  # limit for (our error) / (Cycles' error); other seeds change this ratio by about 5 %
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def image(path: Path) -> np.ndarray:
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_start_up_file_without_a_flag_is_as_good_as_cycles(name: str, cycles: Path, rlg: Run, tmp_path: Path):
-    """relMSE at equal samples, of each program against its own long render. The means of the long renders agree."""
+    """relMSE at equal samples. The reference of each program is its own long render. The means of both long renders agree."""
     blend = cycles / f"{name}.blend"
     assert rlg("render", blend, "--out", tmp_path).returncode == 0
     assert Render().spp == SPP

@@ -1,4 +1,4 @@
-"""A reference from a file judges only its own scene, and its errors are never mixed with those against another."""
+"""A reference from a file is used only for its own scene. Errors against different references are never mixed."""
 
 import json
 from dataclasses import replace
@@ -93,7 +93,7 @@ def test_a_scene_whose_name_no_folder_can_have_is_refused(name: str, silent: Eve
 
 @pytest.mark.parametrize("link", ["tiny0", "tiny0/bsdf", "tiny0/bsdf/seed-0"])
 def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Events, tmp_path: Path):
-    """A user may go on with a folder that somebody else made."""
+    """A user may continue a comparison in a folder that somebody else made."""
     (tmp_path / "elsewhere").mkdir()
     place = tmp_path / "out" / link
     place.parent.mkdir(parents=True)
@@ -104,7 +104,7 @@ def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Eve
 
 
 def test_a_file_says_what_was_compared(compiled: None, silent: Events, tmp_path: Path):
-    """The keys of experiment.json, which reports of any version read."""
+    """Checks the keys of experiment.json, because reports of all versions read this file."""
     assert run([replace(experiment(tmp_path, given(tmp_path, 0.5)), name="slides-a")], Machine(), 1, silent) == 0
     assert json.loads((tmp_path / "out" / "experiment.json").read_text(encoding="utf-8")) == {
         "name": "slides-a",

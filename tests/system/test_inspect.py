@@ -1,4 +1,4 @@
-"""`rlg inspect`, and what was learnt as shown by comparisons."""
+"""`rlg inspect`, and the pictures of Q in comparisons."""
 
 import json
 from pathlib import Path
@@ -12,7 +12,7 @@ from blender_rl_guiding.scene.bundle import save
 from tests import scenes
 from tests.system.small import SMALL
 
-CELLS = {kind: [f"--{kind}.cells", 3] for kind in ("qtable", "dqn")}  # few: a small image sees them all
+CELLS = {kind: [f"--{kind}.cells", 3] for kind in ("qtable", "dqn")}  # few cells, so that a small image shows all of them
 TABLE = ["--guide", "qtable", "--qtable.rows", 3, "--qtable.columns", 4, *CELLS["qtable"]]
 NETWORK = ["--guide", "dqn", *SMALL, *CELLS["dqn"]]
 

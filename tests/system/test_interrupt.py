@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command long before its work is done; each file is whole or missing."""
+"""Ctrl-C ends a command long before its work is done. Each file is then complete or missing."""
 
 import json
 from dataclasses import replace
@@ -30,7 +30,7 @@ def everything(folder: Path) -> set[str]:
 
 
 def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
-    """Each pixel has the bits of the whole passes, or also all its samples of the interrupted one."""
+    """Assert that each pixel has its samples of all complete passes, and either all or none of the interrupted pass."""
     assert everything(out) == {"image.exr", "image.png", "result.json"}
     result = json.loads((out / "result.json").read_text())
     assert result["finished"] is False
@@ -42,8 +42,8 @@ def assert_whole(out: Path, scene: SceneData, settings: Render) -> None:
 
 
 def test_while_rendering_it_keeps_the_finished_samples(interrupted, large, tmp_path):
-    flags = ["--spp", 1000, "--guide", "uniform", "--seconds", 1000]  # a time limit makes passes short, so this test renders little again
-    status, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # three passes warm up
+    flags = ["--spp", 1000, "--guide", "uniform", "--seconds", 1000]  # a time limit makes passes short, so the test's own renders are short
+    status, said = interrupted(TRACING, 5, "render", large, "--out", tmp_path / "out", *flags)  # three of the passes are the warm-up's
     assert status == 130, said
     assert_whole(tmp_path / "out", load(large), Render(spp=1000, guide=Uniform(), seconds=1000.0))
     assert said.splitlines()[-1].startswith("rlg: interrupted after ")
@@ -59,7 +59,7 @@ def test_while_rendering_the_first_pass_it_leaves_nothing(interrupted, large, tm
 @pytest.mark.parametrize("after", [0.02, 0.5])
 def test_while_learning_it_keeps_the_finished_samples(interrupted, bundle, tmp_path, after):
     arguments = ["render", bundle, "--out", tmp_path / "out", "--spp", 1000, *LONG_LEARNING]
-    status, said = interrupted(LEARNING, 4, *arguments, after=after)  # warming up learns twice
+    status, said = interrupted(LEARNING, 4, *arguments, after=after)  # two of the calls are the warm-up's
     assert status == 130, said
     guide = DQN(learning_starts=64, first_steps=5, steps=100000)
     assert_whole(tmp_path / "out", load(bundle), Render(spp=1000, guide=guide))
@@ -87,7 +87,7 @@ def test_while_exporting_it_leaves_nothing(interrupted, tmp_path, after):
 
 
 def test_with_jobs_all_processes_end(interrupted, bundle, tmp_path):
-    """The fixture also waits for the children, as they share the command's stderr."""
+    """The fixture also waits for the children, because they have the command's stderr."""
     command = ["compare", bundle, "--methods", "dqn", "--seeds", 2, "--spp", 1000, "--reference-spp", 1, "--jobs", 2, *LONG_LEARNING[2:]]
     moment = "experiments.forecast:Forecast:go"
     status, said = interrupted(moment, 2, *command, "--out", tmp_path / "out", after=0.3, group=True)

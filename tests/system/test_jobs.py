@@ -1,4 +1,4 @@
-"""Several runs at a time give the results of one at a time. A failing run is told, and the others go on."""
+"""Runs at the same time give the same results as runs in turn. A line tells a failed run, and the others go on."""
 
 import io
 import json
@@ -98,7 +98,7 @@ def test_threads_are_shared():
 
 
 def blinding() -> SceneData:
-    """A light behind a sheet that multiplies it beyond single precision."""
+    """A light behind a sheet. The sheet multiplies the light by a factor that overflows single precision."""
     b = scenes.Builder()
     b.quad((-0.9, 1, -0.3), (-0.6, 1, -0.3), (-0.6, 1, -0.1), (-0.9, 1, -0.1), scenes.material("sun", emission=(1e37, 1e37, 1e37)))
     b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", 100.0),)))
@@ -172,7 +172,7 @@ with _workers(2, Machine(threads=1)) as workers:
 
 
 def test_ctrl_c_reaches_no_child():
-    """Not even the first: before it, Python starts a process that unblocks the signal."""
+    """It does not even reach the first child. Before this child, Python starts a process that unblocks the signal."""
     done = subprocess.run([sys.executable, "-c", MASKS], capture_output=True, text=True, check=True, timeout=PATIENCE)
     assert done.stdout.split() == ["1", "1"]
 

@@ -1,4 +1,4 @@
-"""`kill -9` in a long run loses only the work after the last checkpoint: the same command goes on to the same bits."""
+"""After `kill -9` in a long run, only the work since the last checkpoint is lost. The same command goes on to the same bits."""
 
 import json
 import os
@@ -42,7 +42,7 @@ def killed(moment: str, *arguments: object) -> list[str]:
 
 
 def made(out: Path) -> dict[str, Any]:
-    """All pixels and numbers below a folder, without those that depend on the clock."""
+    """All pixels and numbers in the files of a folder, without the numbers that depend on the clock."""
     found: dict[str, Any] = {}
     for path in sorted(out.rglob("*.exr")):
         found[str(path.relative_to(out))] = read_exr(path)[0].tobytes()
@@ -68,7 +68,7 @@ def test_a_killed_render_goes_on(rlg, bundle, tmp_path, guide):
     (note,) = [line for line in killed("written:2", *command, out) if "goes on" in line]
     assert note == f"goes on from {out / 'checkpoint.npz'}, after 2 of {spp} samples"
     (note,) = [line for line in killed("saving:1", *command, out) if "goes on" in line]
-    assert f"after {4 if guide == 'bsdf' else 3} of" in note  # passes: of one sample, or as many samples as there are
+    assert f"after {4 if guide == 'bsdf' else 3} of" in note  # the third pass has 2 samples with bsdf, 1 with dqn
     done = rlg(*command, out)
     assert "goes on from" in done.stderr
     assert made(out) == made(tmp_path / "whole")
@@ -76,11 +76,11 @@ def test_a_killed_render_goes_on(rlg, bundle, tmp_path, guide):
 
 
 def test_a_killed_comparison_goes_on_within_its_runs(rlg, bundle, tmp_path):
-    """And with several runs at a time."""
+    """It also goes on with several runs at the same time."""
     command = ["compare", bundle, "--methods", "bsdf,qtable,dqn", "--spp", 8, "--reference-spp", 8, *SMALL, "--out"]
     assert rlg(*command, tmp_path / "whole").returncode == 0
     out = tmp_path / "cut"
-    killed("written:5", *command[:-1], *OFTEN, "--out", out)  # in the second run: the first has three passes after its first
+    killed("written:5", *command[:-1], *OFTEN, "--out", out)  # in the second run: the first run writes three checkpoints
     assert list(out.rglob("checkpoint.npz")) == [out / "tiny" / "qtable" / "seed-0" / "checkpoint.npz"]
     again = rlg(*command[:-1], "--jobs", 2, "--out", out)
     assert [line for line in again.stderr.splitlines() if "goes on" in line] == [
@@ -123,7 +123,7 @@ def test_a_killed_f12_goes_on(compiled, bundle, tmp_path):
 
 
 def test_a_killed_reference_goes_on_within_a_block(compiled, monkeypatch, notes):
-    """The bits are those of a render that never stopped. The file is the one of a killed process."""
+    """The bits are those of a render without a stop. The checkpoint file is the one of a killed process."""
     monkeypatch.setattr(checkpoint, "SHARE", 0)
     scene, often = scenes.tiny(20), Machine(checkpoint=1e-9)
 
@@ -154,7 +154,7 @@ def test_ctrl_c_tells_where_it_goes_on(rlg, interrupted, bundle, tmp_path, monke
     assert last.startswith("rlg: interrupted after ")
     assert last.endswith(f" of 1000 samples; the same command goes on from sample {samples}")
     monkeypatch.setattr(checkpoint, "SHARE", 0)
-    status, said = interrupted("render.renderer:PassTracer:trace", 6, *command, after=0)  # three passes warm up
+    status, said = interrupted("render.renderer:PassTracer:trace", 6, *command, after=0)  # three of the passes are the warm-up's
     assert f"goes on from {tmp_path / 'out' / 'checkpoint.npz'}, after {samples} of 1000 samples" in said.splitlines()
     result = json.loads((tmp_path / "out" / "result.json").read_text())
     assert [entry["samples"] for entry in result["curve"]] == [*range(1, len(result["curve"]) + 1)]

@@ -1,4 +1,4 @@
-"""The estimate of a render's memory agrees with a process's peak."""
+"""The estimate of a render's memory agrees with the measured peak of a process."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""An interrupted comparison keeps its finished runs, does the others, and ends in the same numbers."""
+"""After an interrupt, a comparison keeps its finished runs, renders the other runs, and ends with the same numbers."""
 
 import csv
 import hashlib
@@ -32,7 +32,7 @@ def table(out: Path) -> list[dict[str, str]]:
 
 
 def finished(out: Path) -> dict[str, int]:
-    """The time when each finished run was written."""
+    """Finished run -> time when it was written."""
     return {str(path.parent.relative_to(out)): os.stat(path).st_mtime_ns for path in out.rglob("result.json")}
 
 
@@ -80,7 +80,7 @@ def test_other_settings_are_rendered_anew(rlg, bundle, tmp_path):
     assert "done before" not in rlg(*command, "--spp", 3).stderr
     assert table(tmp_path / "out")[0]["spp"] == "3"
     assert "done before" not in rlg(*command, "--spp", 99, "--noise", 1).stderr
-    assert "done before" in rlg(*command, "--spp", 99, "--noise", 1).stderr  # with fewer samples than allowed
+    assert "done before" in rlg(*command, "--spp", 99, "--noise", 1).stderr  # finished with fewer samples than its limit
 
 
 def test_a_better_reference_judges_finished_runs_again(rlg, bundle, tmp_path):
@@ -105,7 +105,7 @@ DAMAGE: dict[str, Callable[[Path], object]] = {
 
 
 def give(run: Path, image: np.ndarray) -> None:
-    """Put another image into a run, with a record that claims it."""
+    """Put another image into a run, with a matching record."""
     write_exr(run / "image.exr", image, {})
     digest = hashlib.sha256((run / "image.exr").read_bytes()).hexdigest()
     record = result_file.read(run / "result.json")
@@ -113,7 +113,7 @@ def give(run: Path, image: np.ndarray) -> None:
 
 
 def test_what_is_damaged_is_done_again_and_told(rlg, bundle, tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "write", lambda results: None)  # figures take longer than all the rest
+    monkeypatch.setattr(figures, "write", lambda results: None)  # figures would take longer than the rest of the test
     out = tmp_path / "out"
     command = ["compare", bundle, "--methods", "qtable", "--seeds", 8, "--spp", 2, "--reference-spp", 128, "--out", out]
     assert rlg(*command).returncode == 0
@@ -135,7 +135,7 @@ def test_what_is_damaged_is_done_again_and_told(rlg, bundle, tmp_path, monkeypat
 
 @pytest.mark.parametrize("image", [np.ones((7, 9, 3), np.float32), np.full((12, 12, 3), np.nan, np.float32)], ids=["size", "nan"])
 def test_a_run_whose_image_cannot_be_judged_is_done_again_once(image, rlg, bundle, tmp_path, monkeypatch):
-    """Its record is in order. And no run is timed before all is compiled."""
+    """The record of the run is correct. Also: the clock of a run starts only after all kernels are compiled."""
     monkeypatch.setattr(figures, "write", lambda results: None)
     prepared: list[int] = []
     prepare = runner._prepare
@@ -188,7 +188,7 @@ def test_two_never_write_to_one_folder(writer, rlg, bundle, tmp_path):
 
 
 def test_an_interrupted_sweep_with_jobs_goes_on(rlg, interrupted, tmp_path):
-    """And equals one without jobs."""
+    """Its results equal those of a sweep without jobs."""
     save(replace(scenes.tiny(8), name="a1"), tmp_path / "a1.npz")
     sweep = ["sweep", "slides-resolution", "--scenes", tmp_path, "--seeds", 2, "--spp", 3, "--reference-spp", 128]
     assert rlg(*sweep, "--out", tmp_path / "whole").returncode == 0

@@ -1,4 +1,4 @@
-"""The renderer as a child process: the same bits, one line for each error, and an end when nobody listens."""
+"""The renderer as a child process: the same bits, one line for each error. It ends when its parent is gone."""
 
 import json
 import os
@@ -144,7 +144,7 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
     monkeypatch.setattr(Worker, "send", lambda worker, job: (sent.append(job), send(worker, job)))
     with borrowed(PYTHON) as again:
         assert again is third
-        assert sent == [messages.Wake()]  # or it would end by itself while whoever has it is busy
+        assert sent == [messages.Wake()]  # without Wake the worker would end by itself while its owner is busy
     assert sent == [messages.Wake(), messages.Rest()]
     monkeypatch.setattr(worker_client, "_WARM", 0.0)
     with borrowed(PYTHON) as fourth:
@@ -156,7 +156,7 @@ def test_a_warm_worker_is_used_again_until_a_block_fails(monkeypatch: pytest.Mon
 
 
 def test_it_ends_by_itself_only_while_it_rests():
-    """Its owner may be busy for long, with an export or a reference by Cycles."""
+    """The owner of the worker may be busy for a long time, with an export or a reference by Cycles."""
     code = "import blender_rl_guiding.doors.worker as w; w.IDLE = 0.01\nw.WORK[w.messages.Wake] = lambda _, to: to.send('done')\nw.main()"
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, text=True) as child:
@@ -172,7 +172,7 @@ def test_it_ends_by_itself_only_while_it_rests():
 
 
 def test_what_others_print_is_not_an_event():
-    """Without this, a library that prints a warning would break the lines of JSON."""
+    """Otherwise a library that prints a warning would break the lines of JSON."""
     job = "lambda job, events: (print('x', flush=True), os.write(1, b'y'), events.send('done'))"
     code = f"import os, blender_rl_guiding.doors.worker as w; w.WORK[w.messages.Wake] = {job}; w.main()"
     pipe = subprocess.PIPE
@@ -213,7 +213,7 @@ def test_it_does_not_outlive_a_blender_that_is_killed(bundle: Path):
 
 
 def running(pid: int) -> bool:
-    """Whether a process lives. A zombie does not."""
+    """Whether a process is alive. A zombie is not."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except OSError:

@@ -1,4 +1,4 @@
-"""The worker and its client get bad lines: each costs one error, and the next line is read as usual."""
+"""The worker and its client get bad lines. Each bad line gives one error, and the next line is read as usual."""
 
 import io
 import json
@@ -42,7 +42,7 @@ NO_JOBS = [
 
 
 def mutated(count: int) -> list[bytes]:
-    """Jobs with one value changed. All fail, because there is no bundle."""
+    """Jobs in which one value is changed. All fail, because their bundle does not exist."""
     lines = []
     for name, values in JOBS.items():
         found = mutations.of_json(json.dumps({"job": name} | values))
@@ -122,7 +122,7 @@ def test_it_ends_quietly_where_nobody_listens_any_more():
         assert child.stderr.read() == b""
 
 
-# --- the other side --------------------------------------------------------------------------------------------------
+# --- the client ------------------------------------------------------------------------------------------------------
 
 READY = json.dumps({"event": "ready", "version": __version__})
 EVENTS = [

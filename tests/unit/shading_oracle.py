@@ -1,7 +1,7 @@
 """Measures shader nodes in Cycles: python shading_oracle.py CASES.json ATTRIBUTES.npz RESULT.npy.
 
-A case is a node with settings and inputs. It colours a row of squares, and each square is a pixel. Attributes have a value for each
-square; an input may also be the "position". The result is the node's output, (cases, squares, 3) float32.
+A case is a node with settings and inputs. The node colours a row of squares; each square is a pixel. Attributes have one value for each
+square. An input may also be the "position". The result is the node's output, (cases, squares, 3) float32.
 Runs in a process of its own, as the bpy module allows one session in each.
 """
 
@@ -38,7 +38,7 @@ def material(case: dict[str, Any], images: dict[str, bpy.types.Image]) -> bpy.ty
             socket.default_value = value
     emission, output = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
     links.new(_socket(node.outputs, case["output"]), emission.inputs["Color"])
-    if "beside" in case:  # another output in use, without effect
+    if "beside" in case:  # another output has a link, too, but this link has no effect
         test = nodes.new("ShaderNodeMath")
         test.operation, test.inputs[1].default_value = "LESS_THAN", 1000.0
         links.new(_socket(node.outputs, case["beside"]), test.inputs[0])
@@ -56,7 +56,7 @@ def squares(rows: int, columns: int, attributes: dict[str, np.ndarray]) -> bpy.t
     mesh.from_pydata(vertices.tolist(), [], np.arange(len(vertices)).reshape(-1, 4).tolist())
     mesh.uv_layers.new()  # a unit square for each face, u along x
     mesh.polygons.foreach_set("material_index", i.ravel().astype(np.int32))
-    for name, values in attributes.items():  # names of vectors have one letter
+    for name, values in attributes.items():  # attributes with names of one letter are vectors
         kind, field = ("FLOAT_VECTOR", "vector") if len(name) == 1 else ("FLOAT", "value")
         mesh.attributes.new(name, kind, "FACE").data.foreach_set(field, np.tile(values, (rows, 1) if len(name) == 1 else rows).ravel())
     return bpy.data.objects.new("Squares", mesh)

@@ -1,4 +1,4 @@
-"""The lobes that closures become, their emission and transparency; broken input does no harm."""
+"""Closures give the right lobes, emission and transparency. Broken input does no harm."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def test_lobes_are_picked_by_the_luminance_of_their_albedo():
 
 
 def test_lobes_beyond_the_last_row_are_left_out():
-    """Cycles keeps 64. With fewer, three layers of a full Principled BSDF were too many."""
+    """Cycles keeps 64 lobes. With fewer rows, three full Principled BSDFs had too many lobes."""
     coated = {"coat_weight": 0.5, "sheen_weight": 0.5, "metallic": 0.3, "transmission": 0.3, "roughness": 0.3}
     assert surface_of(*[("principled", {"weight": 0.2, **coated})] * 5, wo=UP).count == 30
     seen = surface_of(*[("diffuse", {"weight": 1 / 80})] * 80, wo=UP)
@@ -52,7 +52,7 @@ def test_without_level_principled_is_pure_lambert():
 
 @pytest.mark.parametrize("kind", ["diffuse", "glossy", "glass", "translucent"])
 def test_light_crosses_the_geometry_only_by_transmission(kind):
-    """Directions between the shading normal and the triangle's have a value, as in Cycles, but are never sampled."""
+    """As in Cycles, a direction above only one of shading and triangle normal has a value, but is never sampled."""
     ng, n = direction(0), direction(50)
     seen = surface_of((kind, {"roughness": 0.5} if kind in ("glossy", "glass") else {}), wo=direction(30), n=n, ng=ng)
     above, beneath = direction(100), direction(80, 180)
@@ -77,7 +77,7 @@ def test_glossy_normals_are_bent_until_they_reflect_upwards():
 
 @pytest.mark.parametrize("kind", ["diffuse", "sheen", "glossy", "metallic", "glass", "principled"])
 def test_broken_numbers_stay_numbers(kind):
-    """A texture may hold NaN. The result may be NaN, which the film drops, but the process must not end."""
+    """A texture may have NaN. The result may then be NaN, which the film drops. But the process must not crash."""
     for broken in (np.nan, np.inf, -np.inf, -1.0, 1e30):
         seen = surface_of((kind, {"roughness": broken}), wo=direction(40))
         assert 0 <= seen.count < surface.LOBES

@@ -1,4 +1,4 @@
-"""The user's cache is used only if it is private. If it cannot be written, a line says so, and the program goes on."""
+"""The user's cache is used only if it is private. If the cache is not writable, a line says so, and the program goes on."""
 
 import errno
 import os
@@ -82,7 +82,7 @@ def test_a_folder_that_others_can_write_to_is_not_used(kind: str, opening: str, 
 def test_what_is_ours_is_closed_and_code_that_was_open_to_others_removed(
     kind: str, mode: int, open_ones: list[str], home: Path, told: list[str]
 ):
-    """An earlier version left such a folder, where the umask lets groups write."""
+    """An earlier version made such a folder if the umask let groups write."""
     kernel, folder = cache.folder("kernels", "below"), cache.folder(kind, "below")
     assert kernel
     assert folder

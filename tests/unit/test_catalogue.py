@@ -14,7 +14,7 @@ from blender_rl_guiding.settings import DQN, Render, method
 def test_every_method_can_be_made_and_the_baseline_is_uniform(name):
     entry = CATALOGUE[name]
     assert next(iter(entry.methods)) == "uniform"
-    assert len({settings.max_bounces for settings in entry.methods.values()}) == 1  # otherwise they would have no common reference
+    assert len({settings.max_bounces for settings in entry.methods.values()}) == 1  # otherwise the methods would have no common reference
     for settings in entry.methods.values():
         assert from_dict(Render, to_dict(settings)) == settings
         assert settings.spp == 32

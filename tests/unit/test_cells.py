@@ -1,4 +1,4 @@
-"""Cells of the guiding table: found wherever they were added, for all sizes of the table, and unknown elsewhere."""
+"""Cells of the guiding table: a state in an inserted cell is found, for all sizes of the table; other states are unknown."""
 
 import numpy as np
 import pytest

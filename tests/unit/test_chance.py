@@ -1,4 +1,4 @@
-"""Lamps too small to be hit by chance. `rlg render` names them if light sampling is off."""
+"""Lamps that are too small for scattered rays to hit. `rlg render` names them if light sampling is off."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ def lamp(kind: str, above: float, **values) -> Lamp:
         (lamp("point", 7.0, radius=0.1), True),  # as in Blender's start-up file: r^2 / (2 d^2) is 1e-4
         (lamp("point", 7.0, radius=0.5), False),
         (lamp("spot", 0.0, radius=0.01), True),  # in the very middle
-        (lamp("point", 7.0, radius=0.0), False),  # rays cannot hit it, so it is always sampled
+        (lamp("point", 7.0, radius=0.0), False),  # rays cannot hit this lamp, so it is always sampled
         (lamp("point", 7.0, radius=0.1, mis=False), False),
         (lamp("sun", 0.0, radius=0.0046), True),  # half a degree, as seen from the earth
         (lamp("sun", 0.0, radius=0.2), False),

@@ -1,4 +1,4 @@
-"""Charts and figures: all data has a place in them, and all entries of legends are drawn."""
+"""Charts and figures show all data, and every entry of a legend is drawn."""
 
 import math
 import re
@@ -11,11 +11,11 @@ import pytest
 from blender_rl_guiding.images import write_exr
 from blender_rl_guiding.report import charts, figures, load
 from blender_rl_guiding.report.handover import handed_over
-from tests.unit.test_report import _no_figures, change, make_experiment, page_of, write_figures  # noqa: F401  # a fixture among them
+from tests.unit.test_report import _no_figures, change, make_experiment, page_of, write_figures  # noqa: F401  # one of these is a fixture
 
 
 def test_whoever_lists_figures_lists_those_that_there_are(tmp_path: Path):
-    """Logarithmic axes have no place for errors of 0, and no axis has one for losses that are not finite."""
+    """A figure without data is not listed. Logarithmic axes cannot show errors of 0; no axis can show losses that are not finite."""
     make_experiment(tmp_path, methods={"uniform": 0.6, "dqn": 0.2}, seeds=1, size=4)
     for path in tmp_path.rglob("result.json"):
         curve = [{"samples": k, "seconds": 0.5 * k, "mape_display": 0.0, "relmse": 1.0 / k} for k in (1, 2, 4)]
@@ -42,7 +42,7 @@ def test_an_image_of_any_shape_can_be_shown(tmp_path: Path, width: int, height: 
     assert across == 3.0
     assert up == pytest.approx(0.36 + 1.5 * min(max(height / width, 1 / 4), 4))
     figure.savefig(tmp_path / "images.png")
-    shown = figure.axes[0].get_window_extent()  # known once it is drawn
+    shown = figure.axes[0].get_window_extent()  # the extent is known after drawing
     assert shown.height / shown.width == pytest.approx(min(max(height / width, 1 / 4), 4))
     assert ("<canvas" in page) == (max(width, height) <= 16384)
     (rule,) = re.findall("figure img, canvas {(.*?)}", page)

@@ -1,4 +1,7 @@
-"""A render goes on from its checkpoint to the bits of an undisturbed one, for all guides. A line refuses that of another render."""
+"""For all guides, a render goes on from its checkpoint to the bits of a render without interrupt.
+
+A checkpoint of another render is refused, with a line.
+"""
 
 import errno
 from dataclasses import replace
@@ -53,7 +56,7 @@ def test_so_do_other_ways_to_sample(change, tmp_path):
 
 
 def test_so_does_a_noise_threshold_whose_noisy_pixels_wander(tmp_path):
-    """The neighbour of a firefly joins late and may be the last to go on: then no pixel has as many samples as passes were taken."""
+    """A neighbour of a firefly begins late, and may be the last pixel that goes on. Then every pixel has fewer samples than passes."""
     above = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.5), (0.0, 0.0, 0.0, 1.0))
     lamp = Lamp("lamp", "point", above, (1.0, 1.0, 1.0), radius=0.06)
     tiny = renderer._tiny_scene()
@@ -108,7 +111,7 @@ def test_the_time_limit_goes_on(tmp_path):
 def test_none_is_kept_where_none_is_wanted(tmp_path, notes):
     scene, settings, path = scenes.tiny(8), Render(spp=SPP, guide=QTable()), tmp_path / "x.npz"
     render(scene, settings, Machine(checkpoint=0.0), checkpoint=Checkpoint(path))
-    render(scene, settings, Machine(), checkpoint=Checkpoint(path))  # every three minutes
+    render(scene, settings, Machine(), checkpoint=Checkpoint(path))  # by default every three minutes
     assert not path.exists()
     started(scene, settings, path)
     passes = []
@@ -151,7 +154,7 @@ def test_one_that_cannot_be_written_is_noted_once_and_nothing_ends(tmp_path, not
     assert note.endswith(": the render goes on without a checkpoint")
 
 
-# --- what is not a checkpoint of this render ---------------------------------------------------------------------------
+# --- checkpoints of other renders --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Lines of JSON to and from child processes: each is understood, or one error."""
+"""Lines of JSON to and from child processes: each line is understood, or gives one error."""
 
 import json
 from dataclasses import asdict

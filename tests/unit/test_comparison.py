@@ -1,4 +1,4 @@
-"""A comparison refuses what cannot be compared, and comes back from a file as it went in."""
+"""A comparison refuses methods that cannot be compared. Writing a comparison to a file and reading it changes nothing."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A damaged or crafted checkpoint: refused in one line, or harmless. No kernel leaves its arrays."""
+"""A damaged or crafted checkpoint is refused in one line, or is harmless. No kernel reads or writes outside of arrays."""
 
 import os
 import zipfile
@@ -52,7 +52,7 @@ def checkpoints(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 
 def taken_up(path: Path, kind: str) -> tuple[Result | None, list[str]]:
-    """(result that the render goes on from or None, notices)."""
+    """(result in the checkpoint, or None if it is refused; notices)."""
     scene, settings, notes = scenes.tiny(8), SETTINGS[kind], []
 
     def begun() -> Result:
@@ -63,7 +63,7 @@ def taken_up(path: Path, kind: str) -> tuple[Result | None, list[str]]:
 
 
 def assert_harmless(path: Path, kind: str) -> bool:
-    """The file is refused in one notice; or the render goes on from it to an image, or one error. Returns whether it was refused."""
+    """Assert: one notice refuses the file, or the render goes on from it and gives an image or one error. Returns whether it is refused."""
     with np.errstate(all="ignore"):
         result, notes = taken_up(path, kind)
         (note,) = notes
@@ -72,14 +72,14 @@ def assert_harmless(path: Path, kind: str) -> bool:
             assert note.startswith(f"{path}")
             assert note.endswith(": the render begins anew")
             return True
-        with suppress(FloatingPointError):  # this is the one error
+        with suppress(FloatingPointError):  # the only allowed error
             assert gone_on(path, SETTINGS[kind]).film.samples == SETTINGS[kind].spp
     return False
 
 
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_a_flipped_bit_is_seen_wherever_it_is(kind, checkpoints, tmp_path):
-    """It is seen, or changes nothing: some bits of a zip have no meaning."""
+    """The program detects the flipped bit, or the bit has no effect: some bits of a zip have no meaning."""
     path, good, rng, seen = tmp_path / "x.npz", checkpoints[kind], np.random.default_rng(1), 0
     path.write_bytes(good)
     expected, _ = taken_up(path, kind)
@@ -118,7 +118,7 @@ def test_what_is_no_file_is_passed_over(make, tmp_path, notes):
 
 
 def mutations(array: np.ndarray, rng: np.random.Generator) -> Iterator[np.ndarray]:
-    """Arrays that an attacker might put in the place of one."""
+    """Arrays that an attacker might write instead of `array`."""
     yield array.astype(np.float16 if array.dtype.kind == "f" else np.int8)
     yield array.astype(array.dtype.newbyteorder())
     yield array[None]
@@ -159,7 +159,7 @@ def test_an_array_that_was_not_written_is_seen(kind, checkpoints, tmp_path):
 
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_a_crafted_array_is_a_line_or_harmless(kind, checkpoints, tmp_path):
-    """The SHA-256 is right. Some mutations of each array are tried, drawn anew for each."""
+    """The SHA-256 is right. The test tries some mutations of each array, drawn at random for each array."""
     path, rng, refused = tmp_path / "x.npz", np.random.default_rng(2), []
     path.write_bytes(checkpoints[kind])
     for name, array in arrays_of(path).items():
@@ -203,7 +203,7 @@ def test_what_would_lead_a_kernel_astray_is_named(kind, name, value, reason, che
 
 
 def test_cells_that_crowd_in_one_place_are_refused(checkpoints, tmp_path):
-    """Finding one of them takes as many steps as there are: with millions, a render would never end."""
+    """With n such cells, finding a cell takes n steps. With millions of cells a render would never end."""
     keys = np.random.default_rng(1).integers(1 << 63, (1 << 64) - 1, 4_000_000, np.uint64)
     keys = keys[mixed(keys) & np.uint64(4095) < 16][: MOST_STEPS + 1000]
     path = tmp_path / "x.npz"
@@ -222,13 +222,13 @@ def mixed(x: np.ndarray) -> np.ndarray:
 
 @kernel
 def _mix_all(x, rows):
-    """Mix each."""
+    """Write `bits.mix` of each number in x to `rows`."""
     for i in range(x.shape[0]):
         rows[i] = mix(x[i])
 
 
 def test_a_guide_that_never_learns_has_no_steps_behind_it(tmp_path, monkeypatch):
-    """With steps it would want transitions, but the tracer has made no room for them."""
+    """With earlier steps the guide would want transitions, but the tracer has no room for them."""
     monkeypatch.setattr(checkpoint, "SHARE", 0)
     path, settings = tmp_path / "x.npz", replace(SETTINGS["dqn"], guide=replace(SETTINGS["dqn"].guide, first_steps=0))
     monkeypatch.setitem(SETTINGS, "still", settings)

@@ -1,4 +1,4 @@
-"""Lines of a chart: means over seeds where all seeds have values, and losses only beside losses of the same kind."""
+"""Lines of a chart: means over seeds, where all seeds have values. A chart shows only losses of the same kind."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -38,7 +38,7 @@ def test_many_losses_are_means_of_some_steps_each():
     assert points[:2] == [(5, 2.0), (10, 7.0)]
     assert points[-1] == (250, 247.0)
     assert len(points) == 50
-    assert curves.losses(Summary("dqn", (run(losses=range(101)),)))[-1] == (101, 99.5)  # the last mean may have fewer
+    assert curves.losses(Summary("dqn", (run(losses=range(101)),)))[-1] == (101, 99.5)  # the last mean may be over fewer losses
 
 
 def test_losses_of_different_kinds_are_apart():

@@ -31,7 +31,7 @@ def _made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def made(_made: Path, tmp_path: Path) -> Path:
-    """A copy of the folder of `make_experiment`: making it takes half a second."""
+    """A copy of the folder of `make_experiment`. Making the folder takes half a second, so it is made only once."""
     return shutil.copytree(_made, tmp_path / "made")
 
 
@@ -96,7 +96,7 @@ def test_what_is_damaged_is_listed_and_left_out(made: Path, name: str, content: 
     (line,) = found.damaged
     assert message in line
     assert name in line
-    assert str(made) not in line  # others may see the page
+    assert str(made) not in line  # other people may see the page
     assert f"<li>{escape(line)}</li>" in page
     assert len(found.runs) == 6 - ("seed-0" in name)
     assert ("<h3>Images</h3>" in page) == ("reference" not in name)
@@ -139,7 +139,7 @@ def test_a_result_with_numbers_that_cannot_be_is_damaged(made: Path, bad: dict[s
 
 
 @pytest.mark.parametrize("other", [{"scene": "a1"}, {"method": "bsdf"}, {"seed": 1}, {"resolution": [12, 48]}])
-@pytest.mark.parametrize("seed", [0, 1])  # the seed of the pictures, and another
+@pytest.mark.parametrize("seed", [0, 1])  # the seed whose pictures are shown, and another seed
 def test_the_result_of_another_run_is_not_this_ones(made: Path, other: dict[str, Any], seed: int):
     path = made / "c1" / "dqn" / f"seed-{seed}" / "result.json"
     values = {"seed": seed} | {name: value + seed if name == "seed" else value for name, value in other.items()}
@@ -154,7 +154,7 @@ def test_the_result_of_another_run_is_not_this_ones(made: Path, other: dict[str,
 
 @pytest.mark.parametrize("folder", ["c1", "c1/c1/c1", "c", "dqn"])
 def test_a_line_names_the_place_within_the_folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str):
-    """Lines name files within the folder, even if it has the name of a folder in it, however its path is written."""
+    """Lines name files by their path within the folder. The folder may contain a folder of its own name; its path may be relative."""
     (made / "c1" / "dqn" / "seed-0" / "result.json").write_text("[]")
     (made / "c1" / "bsdf" / "seed-0" / "image.exr").unlink()
     (tmp_path / folder).parent.mkdir(parents=True, exist_ok=True)
@@ -167,7 +167,7 @@ def test_a_line_names_the_place_within_the_folder(made: Path, tmp_path: Path, mo
 
 
 def test_nothing_is_read_or_written_through_a_link_that_leads_out(tmp_path: Path):
-    """The link's target may be a private file of the report's author, who then shows the report to others."""
+    """The target of the link may be a private file of the person who makes the report, and then shows it to others."""
     others, folder = tmp_path / "others", make_experiment(tmp_path / "folder", seeds=1)
     make_experiment(others, seeds=1)
     for name in ("uniform/seed-0/image.exr", "bsdf/seed-0/result.json", "dqn"):
@@ -185,7 +185,7 @@ def test_nothing_is_read_or_written_through_a_link_that_leads_out(tmp_path: Path
     with pytest.raises(InputError, match="figures leads out of"):
         write_figures(found)
     (tmp_path / "kept").write_text("kept")
-    (folder / "report.html").symlink_to(tmp_path / "kept")  # the link itself is replaced
+    (folder / "report.html").symlink_to(tmp_path / "kept")  # writing the report replaces the link itself
     write(folder)
     assert (tmp_path / "kept").read_text() == "kept"
 

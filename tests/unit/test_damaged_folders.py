@@ -1,4 +1,4 @@
-"""Run folders of unknown origin: each gives a report that lists what it left out, or one error line."""
+"""Run folders of unknown origin: each gives a report with a list of the left-out runs, or one error line."""
 
 import io
 import json
@@ -22,7 +22,7 @@ from tests.unit.test_page_probe import add_probe
 from tests.unit.test_report import make_experiment, write_figures
 
 FILES = ("experiment.json", "c1/probe.json", "c1/dqn/seed-0/result.json")
-WHOLE = os.environ.get("RLG_ALL_MUTATIONS") == "1"  # takes minutes; otherwise a fixed part of them
+WHOLE = os.environ.get("RLG_ALL_MUTATIONS") == "1"  # all mutations take minutes; by default a fixed part of them is tried
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def _small_and_few(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def outcome(folder: Path, all_of_it: bool = False) -> str:
-    """Report on a folder. Returns the first line about damage, or "". `all_of_it`: figures and tables too, which is slow."""
+    """Make the report of a folder. Returns the first line about damage, or "". all_of_it: also make figures and tables, which is slow."""
     outside = listing(folder.parent)
     try:
         results = report.write(folder)
@@ -63,7 +63,7 @@ def outcome(folder: Path, all_of_it: bool = False) -> str:
 
 
 def listing(folder: Path) -> list[str]:
-    """The names in a folder. Of the parent of a run folder: `..` in a name would write there."""
+    """The names in a folder. For the parent of a run folder they must stay: a name with `..` could write there."""
     return sorted(path.name for path in folder.iterdir())
 
 
@@ -83,7 +83,7 @@ def test_any_value_of_any_file(good: Path, tmp_path: Path, name: str):
 
 
 def test_no_text_is_a_formula(good: Path, tmp_path: Path):
-    """With figures: matplotlib reads formulas."""
+    """Makes figures, too, because matplotlib would read a text between $ signs as a formula."""
     copy = shutil.copytree(good, tmp_path / "folder")
     name, fine = "c1/dqn/seed-0/result.json", 0
     for what, text in mutations.of_json((good / name).read_text()):
@@ -91,7 +91,7 @@ def test_no_text_is_a_formula(good: Path, tmp_path: Path):
             (copy / name).write_text(text)
             with mutations.named(what):
                 fine += not outcome(copy, all_of_it=True)
-    assert fine > 1  # the guide's kind, and its error: axes show both
+    assert fine > 1  # mutations of the guide's kind and of its error: the axes show both
 
 
 @pytest.mark.parametrize("name", [*FILES, "c1/reference.exr", "c1/dqn/seed-0/image.exr"])
@@ -135,7 +135,7 @@ def test_an_image_is_not_unpacked_where_memory_does_not_suffice(good: Path, tmp_
 def test_no_image_is_decoded_twice(good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     copy = shutil.copytree(good, tmp_path / "folder")
     decoded: list[int] = []
-    monkeypatch.setattr(images, "available", lambda: decoded.append(1) or 2**40)  # asked once for each image
+    monkeypatch.setattr(images, "available", lambda: decoded.append(1) or 2**40)  # called once for each image
     outcome(copy, all_of_it=True)
     assert len(decoded) == 1 + 2  # the reference and the first run of each method
 

@@ -1,4 +1,4 @@
-"""Hemispheres as discs: all patches have one area, each at its place; means over other patches; scales."""
+"""Hemispheres as discs: all patches have equal areas and the right places. Also: means over other patches, and scales."""
 
 import math
 
@@ -13,7 +13,7 @@ AXIS = Axis(True, -1.0, 0.0)
 
 
 def lit(rows: int, columns: int, row: int, column: int) -> np.ndarray:
-    """The part of each pixel that one bright patch among dark ones covers: (SIZE, SIZE), 0..1."""
+    """The share of each pixel that one bright patch covers, (SIZE, SIZE), 0..1; all other patches are dark."""
     values = np.zeros((rows, columns))
     values[row, column] = 1.0
     rgba = discs.picture(values, AXIS, SIZE).astype(float)
@@ -35,7 +35,7 @@ def test_a_direction_stands_where_it_points(row, column, x, y):
     place = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
     seen = lit(4, 8, row, column)
     centre = np.array([(seen * place[None, :]).sum(), (seen * -place[:, None]).sum()]) / seen.sum()
-    radius = 0.92 if row == 0 else 0.33  # the ring's mean radius, a little less because the sector is wide
+    radius = 0.92 if row == 0 else 0.33  # of the sector's centroid: a little less than the ring's mean radius
     np.testing.assert_allclose(centre, radius * np.array([x, y]) / math.hypot(x, y), atol=0.03)
 
 

@@ -1,4 +1,4 @@
-"""The deep Q-network's learning: a step by hand, its table, and that it converges to the radiance that is known on paper."""
+"""The deep Q-network's learning: a step equals a step by hand, the table is right, and Q converges to analytic radiance."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def new_guide(scene: SceneData | None = None, **settings) -> DQNGuide:
 
 
 def transitions(rewards, albedos, positions=None, next_positions=None, directions=None) -> Transitions:
-    """From and to walls that face up."""
+    """Transitions between floors (normals +z)."""
     n = len(rewards)
     rng = np.random.default_rng(2)
     directions = rng.normal(size=(n, 3)) if directions is None else np.asarray(directions)
@@ -41,7 +41,7 @@ def transitions(rewards, albedos, positions=None, next_positions=None, direction
 
 
 class Fixed(torch.nn.Module):
-    """A network that says the same of every state."""
+    """A network with the same outputs for every state."""
 
     def __init__(self, q: np.ndarray) -> None:
         super().__init__()
@@ -61,7 +61,7 @@ def training(online: Fixed, target: Fixed, **settings) -> Training:
 
 
 def experience(rewards, albedos, patches) -> Experience:
-    """Between places that are all the same to a `Fixed` network."""
+    """Transitions for a `Fixed` network, for which all places are the same."""
     batch = no_experience(len(rewards))
     return batch._replace(patch=np.int32(patches), reward=np.float32(rewards), albedo=np.float32(albedos))
 
@@ -72,17 +72,17 @@ def experience(rewards, albedos, patches) -> Experience:
 def test_no_gradient_flows_through_the_target():
     network = Fixed(np.full(N, 0.3))
     training(network, network).step(experience([1.0], [1.0], [5]), 1.0)
-    assert np.flatnonzero(network.q.grad).tolist() == [5]  # Q of the patch alone
+    assert np.flatnonzero(network.q.grad).tolist() == [5]  # only Q of this patch
 
 
 def test_cdqn_takes_the_larger_loss_and_its_gradient():
-    """Two transitions: the first is further from the target network's value, the second from the online network's own."""
+    """Two transitions. In the first the error against the target network is larger, in the second that against the online network."""
     online, target, patches = Fixed(np.full(N, 0.8)), Fixed(np.zeros(N)), [3, 17]
-    # Residuals with the target network's value 0, and with the online one's, 0.5 * 0.8 = 0.4.
+    # Q - target, with the target network's next value 0, and with the online network's, 0.5 * 0.8 = 0.4.
     dqn, own = [0.8 - 0.0, 0.8 - 1.0], [0.8 - 0.4, 0.8 - 1.4]
     loss = training(online, target, loss="cdqn").step(experience([0.0, 1.0], [0.5, 0.5], patches), 1.0)
     assert loss == pytest.approx((dqn[0] ** 2 + own[1] ** 2) / 2, rel=1e-5)
-    # Both pull at their own patch's Q; the second, through its target, at all patches, by their share of the target.
+    # Both have a gradient at Q of their own patch. The second also has one at all patches, through its target.
     gradient = np.zeros(N)
     gradient[patches] = [dqn[0], own[1]]
     gradient -= own[1] * 0.5 * 2 / N * mean_cosines(ROWS, COLUMNS)
@@ -111,7 +111,7 @@ def test_a_training_step_moves_the_target_by_tau():
     ("done", "passes", "most", "due_now", "all_to_come"),
     [
         (0, 10, 1000, 300, 300 + 10 * 20),
-        (150, 9, 1000, 20, 150 + 9 * 20),  # in the midst of the first training
+        (150, 9, 1000, 20, 150 + 9 * 20),  # in the middle of the first training
         (300, 9, 1000, 20, 9 * 20),
         (300, 9, 310, 10, 10),
         (310, 9, 310, 0, 0),
@@ -148,17 +148,17 @@ def test_patches_of_directions():
 def test_learning_waits_for_transitions_and_for_light():
     guide = new_guide(learning_starts=10, first_steps=3, steps=4, max_steps=8)
     assert guide.directions().bsdf_fraction == 1
-    assert guide.learn(transitions(np.zeros(20), np.ones(20))) == {}  # no light seen yet
-    assert new_guide(learning_starts=10).learn(transitions(np.ones(9), np.ones(9))) == {}  # too few
+    assert guide.learn(transitions(np.zeros(20), np.ones(20))) == {}  # no light so far
+    assert new_guide(learning_starts=10).learn(transitions(np.ones(9), np.ones(9))) == {}  # too few transitions
     assert guide.learn(transitions(np.full(5, 8.0), np.ones(5)))["steps"] == 3  # first_steps
-    assert guide.state()["scale"] == pytest.approx(MEAN_REWARD / 8)  # by the first pass that saw light
+    assert guide.state()["scale"] == pytest.approx(MEAN_REWARD / 8)  # the first pass with light sets the scale
     assert guide.directions().bsdf_fraction == np.float32(0.3)
     assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 3 + 4
     assert guide.learn(transitions(np.full(5, 1.0), np.ones(5)))["steps"] == 8  # max_steps
     assert guide.wanted() == 0
     elsewhere = np.full((5, 3), 0.9)
     assert guide.learn(transitions(np.full(5, 1.0), np.ones(5), positions=elsewhere)) == {}
-    assert guide.cells.count == len(guide.directions().cdf)  # no cell without a row
+    assert guide.cells.count == len(guide.directions().cdf)  # every cell has a row in the table
 
 
 @pytest.mark.parametrize("weights", ["radiance", "product"])
@@ -176,7 +176,7 @@ def test_table_is_q_or_q_times_cosine(weights):
 
 
 def learned(scene: SceneData, render: Render, passes: int) -> tuple[DQNGuide, np.ndarray]:
-    """A guide after so many passes of one sample, and its Q in the scene's units for every cell, (C, N)."""
+    """(guide after `passes` passes of one sample, Q of every cell in the scene's units, (C, N))."""
     guide, tracer = DQNGuide(render.guide, scene, seed=3), PassTracer(scene, render, Machine(batch=4096), learning=True)  # type: ignore[arg-type]
     film, pixels = Film(scene.camera.width, scene.camera.height), np.arange(scene.camera.width * scene.camera.height)
     for sample in range(passes):
@@ -193,7 +193,7 @@ def learnt_at(guide: DQNGuide, position) -> np.ndarray:
 
 @pytest.mark.parametrize("loss", ["dqn", "cdqn"])
 def test_two_states_learn_their_bellman_equations(loss):
-    """Through every direction state 0 sees a wall of emission 1 and albedo 1/2 in state 1, which sees a wall of emission 0 in state 0."""
+    """In every direction, state 0 sees a wall of emission 1 and albedo 1/2 in state 1; state 1 sees a wall of emission 0 in state 0."""
     guide = new_guide(
         scenes.furnace_box(0.5, 1.0), encoder=NoEncoding(), loss=loss, first_steps=600, tau=0.1, decay=0.995, learning_rate=0.02
     )
@@ -201,7 +201,7 @@ def test_two_states_learn_their_bellman_equations(loss):
     here = np.arange(n) % 2
     positions = np.where(here[:, None], (1.0, 0.5, 0.9), (-0.5, -0.5, 0.1))
     guide.learn(transitions(rewards=1.0 - here, albedos=np.full(n, 0.5), positions=positions, next_positions=positions[::-1].copy()))
-    # positions[::-1] pairs each state with the other; Q0 = 1 + Q1 / 2, Q1 = Q0 / 2.
+    # positions[::-1] has the other state in each place. Q0 = 1 + Q1 / 2, Q1 = Q0 / 2.
     q = np.stack([learnt_at(guide, position) for position in positions[:2]])
     np.testing.assert_allclose(q.mean(axis=1), [4 / 3, 2 / 3], rtol=0.03)
     assert q.std(axis=1).max() < 0.05
@@ -210,7 +210,7 @@ def test_two_states_learn_their_bellman_equations(loss):
 @pytest.mark.parametrize("encoder", [NoEncoding(), Frequency(3)], ids=lambda e: e.kind)
 @pytest.mark.parametrize("bounces", [2, 6])
 def test_furnace_converges_to_its_radiance(encoder, bounces):
-    """E / (1 - a) arrives from everywhere, however short the paths are."""
+    """The radiance E / (1 - a) arrives from all directions, even with short paths."""
     settings = DQN(encoder=encoder, **SMALL | {"recorded": 3000, "steps": 20, "tau": 0.1, "decay": 0.997})
     _, q = learned(scenes.furnace_box(0.6, 0.8, size=48), Render(nee=False, max_bounces=bounces, guide=settings), 30)
     truth = 0.8 / (1 - 0.6)
@@ -219,7 +219,7 @@ def test_furnace_converges_to_its_radiance(encoder, bounces):
 
 
 def test_with_next_event_estimation_q_is_what_that_leaves():
-    """In the emitting sphere both ways to find the light weigh 1/2: E / 2 is left, and all the light that was scattered."""
+    """Q = E / 2 + scattered light: in the emitting sphere, light sampling and BSDF sampling have the MIS weight 1/2 each."""
     settings = DQN(encoder=NoEncoding(), bsdf_fraction=1.0, **SMALL | {"recorded": 3000, "steps": 20, "tau": 0.1, "decay": 0.997})
     _, q = learned(scenes.furnace_sphere(0.6, 0.8, size=48), Render(max_bounces=5, nee=True, guide=settings), 30)
     truth = 0.8 / 2 + 0.6 * 0.8 / (1 - 0.6)
@@ -228,7 +228,7 @@ def test_with_next_event_estimation_q_is_what_that_leaves():
 
 
 def test_lamp_is_found():
-    """On the floor below the tiny scene's lamp, the patch towards it is the brightest by far."""
+    """On the floor below the lamp of the tiny scene, the patches towards the lamp are by far the brightest."""
     settings = DQN(**SMALL | {"recorded": 5000, "steps": 20, "rows": 6, "columns": 8})
     guide, _ = learned(scenes.tiny(64), Render(nee=False, guide=settings), 30)
     q = learnt_at(guide, (0, 0, 0))

@@ -1,4 +1,4 @@
-"""Encoders against their closed forms, written anew in plain Python, and against finite differences; what all of them promise."""
+"""Encoders equal their formulas, written again in plain Python; gradients equal finite differences. Also: the encoders' contract."""
 
 import copy
 import math
@@ -132,7 +132,7 @@ def test_bell_curves(settings):
 
 
 def test_narrow_bell_curves_lose_no_digits():
-    """|x|^2 - 2 x c + |c|^2 would leave none of them at this sigma."""
+    """At this sigma, |x|^2 - 2 x c + |c|^2 would have no correct digit."""
     encoder = seeded(RBF(across=4, up=4, sigma=1e-3))
     x = torch.tensor([[0.2505, 0.2500, -0.7500]])
     assert encoder.curves(x).max().item() == pytest.approx(math.exp(-0.5 * 0.5**2), rel=1e-3)
@@ -208,7 +208,7 @@ def test_spline_by_its_sum(k):
 
 
 def test_value_and_slope_are_continuous_where_pieces_meet():
-    """Across 2 e they may change by no more than 2 e times the steepest slope, and curvature, that the formula has."""
+    """Over a distance of 2 e, the value changes by at most 2 e * (largest slope), the slope by at most 2 e * (largest curvature)."""
     e, (weights, widths) = 1e-9, random_splines(9, 6)
     knots = widths.cumsum(2) - widths
     for j in range(6):
@@ -230,7 +230,7 @@ def test_even_splines_of_weight_one_sum_to_one():
 
 
 def test_a_spline_without_width_harms_no_other():
-    """Softmax yields 0 where a logit is far below the others; value and gradients stay finite, and the other splines what they were."""
+    """Softmax gives 0 if a logit is far below the others. Value and gradients stay finite, and the other splines do not change."""
     logits = torch.tensor([0.0, -1000.0, -15.0, 0.0, -30.0], requires_grad=True)
     weights = torch.ones(5, requires_grad=True)
     u = torch.linspace(0, 1, 201, requires_grad=True)
@@ -238,7 +238,7 @@ def test_a_spline_without_width_harms_no_other():
     assert widths.min() == 0
     value = spline(u[:, None, None, None, None], weights[None, None, :, None, None], widths[None, None, :, None, None]).flatten()
     wide = [b2(v / 0.5) + b2((v - 0.5) / 0.5) for v in u.tolist()]
-    away = ((u - 0.5).abs() > 4 * NARROWEST) & (u < 1)  # the narrow ones lie at the knots 1/2 and 1
+    away = ((u - 0.5).abs() > 4 * NARROWEST) & (u < 1)  # the narrow splines are at the knots 1/2 and 1
     np.testing.assert_allclose(value.detach()[away], np.array(wide)[away], atol=1e-5)
     gradients = torch.autograd.grad(value.square().sum(), (logits, weights, u))
     assert all(gradient.isfinite().all() for gradient in gradients)
@@ -250,7 +250,7 @@ def test_a_spline_without_width_harms_no_other():
 
 @pytest.mark.parametrize("settings", B_SPLINES, ids=unions.name)
 def test_bspline_by_its_formula(settings):
-    """Outputs of the small network: omega of every spline, then delta; of each the axes, and of each axis its features."""
+    """The order of the small network's outputs: (omega, delta), then splines, then axes, then features."""
     encoder, (x, n) = seeded(settings).double(), states(6, dtype=torch.float64)
     k, count = settings.knots, settings.features
     rows = []
@@ -271,7 +271,7 @@ def test_bspline_by_its_formula(settings):
 
 @pytest.mark.parametrize("settings", B_SPLINES, ids=unions.name)
 def test_features_lie_along_one_axis_where_a_matrix_is_read(settings):
-    """There a feature changes along its own axis alone; where the point is read, along all."""
+    """If the network reads a matrix, a feature depends only on the coordinate of its own axis; if it reads the point, on all three."""
     encoder, x = seeded(settings).double(), torch.full((1, 3), 0.3, dtype=torch.float64)
     n = torch.zeros_like(x)
     jacobian = torch.autograd.functional.jacobian(lambda x: encoder(x, n)[0, 6:], x)[:, 0].abs() > 1e-9

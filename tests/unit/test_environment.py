@@ -1,4 +1,4 @@
-"""The renderer's environment tells its place, and names each missing or wrong part with the command that repairs it."""
+"""The renderer's environment announces its place. It names each missing or wrong part, with the command that repairs it."""
 
 import importlib
 import json
@@ -20,7 +20,7 @@ BUILD = str(ROOT / "build.sh")
 
 @pytest.fixture
 def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Another data folder than the user's."""
+    """A data folder that is not the user's."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     return tmp_path / "data"
 
@@ -96,7 +96,7 @@ def faults(wanted: str = "") -> list[Part]:
 
 
 def test_a_bare_environment_of_the_wrong_python(tmp_path: Path):
-    """A real environment: only the package, installed as if it needed another Python."""
+    """A real environment with only the package. The package is installed as if it needed another Python."""
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(tmp_path)], check=True)
     (packages,) = tmp_path.glob("lib/python*/site-packages")
     (packages / "project.pth").write_text(str(ROOT))

@@ -1,4 +1,4 @@
-"""How far a render has come: its share grows to 1, and the seconds that it still takes are right, whatever limits end it."""
+"""The progress of a render: its share grows to 1, and the estimate of the seconds left is right, for all limits that end it."""
 
 import itertools
 from types import SimpleNamespace
@@ -18,7 +18,7 @@ from tests import scenes
 
 
 class Working(Guide):
-    """A guide that has learnt so much, and has so much to learn."""
+    """A guide with given units of learning: (done, to come)."""
 
     def __init__(self, done: int, to_come: int) -> None:
         self._work = done, to_come
@@ -40,7 +40,7 @@ def state(settings: Render, samples: int, seconds: float, learning: float = 0.0,
         (Render(spp=32, seconds=5.0), (8, 4.0), 1.0),
         (Render(spp=32, seconds=5.0), (8, 6.0), 0.0),
         (Render(spp=11, guide=QTable()), (1, 3.0, 2.0), 10 * 1.0 + 9 * 2.0),
-        (Render(spp=11), (1, 16.0, 15.0, Working(150, 330)), 10 * 1.0 + 330 * 0.1),  # in the midst of training
+        (Render(spp=11), (1, 16.0, 15.0, Working(150, 330)), 10 * 1.0 + 330 * 0.1),  # in the middle of training
         (Render(spp=11), (2, 4.0, 0.0, Working(0, 330)), 9 * 2.0),  # nothing to learn from yet
         (Render(spp=11), (11, 60.0, 48.0, Working(480, 0)), 0.0),
     ],
@@ -55,7 +55,7 @@ def test_seconds_that_remain(settings: Render, at: tuple, expected: float):
 
 
 def film(variance: np.ndarray, samples: int) -> Film:
-    """A film of mean brightness 1 whose estimates of the variance of one sample are these."""
+    """A film of mean brightness 1. variance: its estimates of the variance of one sample."""
     made = Film(*variance.shape[::-1])
     made.sums.samples[:], made.sums.weight[:] = samples, samples
     made.sums.sum[:] = samples / 3
@@ -67,7 +67,7 @@ def film(variance: np.ndarray, samples: int) -> Film:
 def test_the_noise_falls_with_the_root_of_the_samples():
     variance = np.full((9, 9), 1e-9)
     variance[4, 4] = 4.0
-    limit = 2 / 10 / (1 + 1e-4)  # which 100 samples reach
+    limit = 2 / 10 / (1 + 1e-4)  # 100 samples reach this limit
     more = needed(film(variance, 25), Render(spp=1000, noise=limit), 25)
     assert (more > 0).sum() == 9
     np.testing.assert_allclose(more[3:6, 3:6], 75, atol=1)
@@ -86,9 +86,9 @@ def test_each_pixel_gets_the_least_samples():
 
 
 class Clock:
-    """Time that passes only when it is looked at, and by a thousandth for each sample that is traced."""
+    """A clock that advances by LOOK when it is read, and by a thousandth of a second for each traced sample."""
 
-    LOOK = 0.002  # so a step of training, which looks once, takes that long
+    LOOK = 0.002  # a training step reads the clock once, so it takes this time
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 0.0

@@ -1,4 +1,4 @@
-"""The film's sums, variances, noise, passes and alpha equal NumPy's, with a number of samples that differs between pixels."""
+"""The film's sums, variances, noise, passes and alpha equal NumPy's. Pixels have different numbers of samples."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_mean_and_variance_are_numpys(exposure):
 
 
 def test_weighted_samples():
-    """If weights w are inverse variances, the mean has the variance 1 / sum w, and the estimate of that is unbiased."""
+    """If the weights w are inverse variances, the mean has the variance 1 / sum w, and the film's estimate of it is unbiased."""
     rng, weights = np.random.default_rng(3), np.arange(1.0, 17.0)
     films = 4000
     film = Film(films, 1)

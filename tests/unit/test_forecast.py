@@ -1,4 +1,4 @@
-"""The estimate of a sweep, from runs of the method on the scene, else of the method, else of its kind of guide."""
+"""The estimate of a sweep's time, by finished runs: of the same method and scene, else of the method, else of its kind of guide."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,14 +22,14 @@ def task(scene: str, method: str) -> Task:
 def test_runs_to_come_are_weighed_by_those_alike():
     tasks = [task("a1", "dqn"), task("a1", "uniform"), task("a1", "dqn"), task("c1", "dqn"), task("c1", "bsdf"), task("c1", "small")]
     forecast = Forecast(tasks, jobs=2)
-    assert (forecast.done, forecast.total, str(forecast)) == (0, 6, "0 of 6")  # nothing is known: a second each
+    assert (forecast.done, forecast.total, str(forecast)) == (0, 6, "0 of 6")  # nothing is known: one second per run
     forecast.go(tasks[0], Pace(40.0, 40.0))
     assert (forecast.done, forecast.total) == (40, 80 + 5)
     forecast.end(tasks[0], Outcome("", 100.0))
     forecast.end(tasks[1], Outcome("", 20.0))
     assert forecast.done == 120
-    assert forecast.total == 120 + 100 + 100 + 20 + 100  # known, of the method, of those that do not learn, of the guide
-    assert str(forecast) == "2 of 6, about 0:02:40 to go"  # two at a time
+    assert forecast.total == 120 + 100 + 100 + 20 + 100  # known; by the method; by guides that do not learn; by the guide
+    assert str(forecast) == "2 of 6, about 0:02:40 to go"  # two runs at the same time
     forecast.go(tasks[3], Pace(15.0, 45.0))
     assert forecast.done == pytest.approx(120 + 15)
     assert str(forecast) == "2 of 6, about 0:02:12 to go"

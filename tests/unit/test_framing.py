@@ -1,4 +1,4 @@
-"""The camera that frames everything: all that matters is in the picture, and walls and skies do not hide it."""
+"""The automatic camera: all important objects are in the picture, and walls and skies do not hide them."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""An encoder's gain: against the right method, with the right interval, and no claim beyond the interval."""
+"""An encoder's gain: it is compared with the right method, has the right interval, and nothing is claimed within the interval."""
 
 import json
 from pathlib import Path
@@ -23,7 +23,7 @@ ERRORS = {
 
 
 def experiment(folder: Path, seeds: int = 2) -> Results:
-    """Runs with the errors of ERRORS. Their networks differ in the encoder; `wider` differs in its width, too."""
+    """Runs with the errors of ERRORS. Their networks have different encoders; the network of `wider` also has another width."""
     make_experiment(folder, methods=dict.fromkeys(("uniform", *ERRORS), 0.3), seeds=seeds)
     for method, errors in ERRORS.items():
         for seed in range(seeds):
@@ -51,7 +51,9 @@ def test_encoders_are_held_against_the_same_network_without(tmp_path: Path):
     [(0.001, ["better, by 40.8% at least", "worse, by 82.0% at least"]), (0.1, ["no difference beyond the interval"] * 2)],
 )
 def test_only_what_lies_beyond_the_interval_counts(half: float, verdicts: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Errors 2 `half` apart: interval 12.706 `half`, 0.0127. So .11 / .21 is .524 +- .068, and .41 / .21 is 1.952 +- .133."""
+    """Two errors that differ by 2 `half` have the interval 12.706 `half`. With half = 0.001 it is 0.0127: .11 / .21 is .524 +- .068,
+    and .41 / .21 is 1.952 +- .133.
+    """
     monkeypatch.setattr(f"{__name__}.ERRORS", {name: (sum(pair) / 2 - half, sum(pair) / 2 + half) for name, pair in ERRORS.items()})
     better, _, worse = gains(experiment(tmp_path), "c1")
     assert [better.cells[2].text, worse.cells[2].text] == verdicts

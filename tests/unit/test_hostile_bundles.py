@@ -1,4 +1,4 @@
-"""Bundles crafted to read or write outside of arrays: they are refused, or render to an end."""
+"""Bundles crafted to make kernels read or write outside of arrays: they are refused, or render to the end."""
 
 import random
 from collections import Counter
@@ -71,7 +71,7 @@ def test_what_would_lead_out_of_arrays_is_refused_by_writer_and_reader(scene, tm
 
 
 def test_scenes_without_attributes_need_no_table_of_them(scene, tmp_path):
-    """The default table has no column either."""
+    """The default table has no columns either."""
     for shape in ((0, 0), (0, len(scene.visibility))):
         plain = replace(scene, shaders=scene.shaders[:1] * len(scene.shaders), attribute_rows=np.zeros(shape, np.int64))
         save(plain, tmp_path / "scene.npz")
@@ -91,7 +91,7 @@ def test_whatever_number_a_bundle_has_it_loads_or_is_refused_in_a_line(tmp_path)
         except InputError as error:
             assert "\n" not in str(error)  # noqa: PT017  # either outcome is right
             outcomes.append(str(error))
-    assert 30 < outcomes.count("") < 170  # `save` would have refused some of those that load
+    assert 30 < outcomes.count("") < 170  # `save` would refuse some of the bundles that `load` accepts
 
 
 # --- and rendered ------------------------------------------------------------------------------------------------------

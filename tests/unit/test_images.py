@@ -1,4 +1,4 @@
-"""EXR files keep every bit, and Blender reads them. A damaged one is refused in one line."""
+"""EXR files keep every bit, and Blender reads them. A damaged file is refused in one line."""
 
 import json
 import subprocess

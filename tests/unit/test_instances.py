@@ -1,4 +1,4 @@
-"""A scene with instances renders like the scene with their triangles in world space; impossible tables are refused."""
+"""A scene with instances renders like the scene with the instances' triangles in world space. Impossible tables are refused."""
 
 from dataclasses import replace
 from functools import cache
@@ -17,7 +17,7 @@ from tests.bundles import changed
 from tests.instancing import flattened, matrix, with_instances
 from tests.scenes import Builder
 
-MATRICES = [  # turned, unevenly scaled, mirrored. Balls keep one scale: uneven scales interpolate smooth normals differently
+MATRICES = [  # turned, scaled unevenly, mirrored. Balls have equal scales: with unequal scales smooth normals are interpolated differently
     matrix((0.2, 0.2, 0.2), 0.5, (-0.4, 0.2, 0.3)),
     matrix((-0.2, 0.2, 0.2), 1.0, (0.0, -0.4, 0.6)),
     matrix((0.1, 0.1, 0.1), 2.0, (-0.3, -0.3, 0.2)),
@@ -45,12 +45,12 @@ def crowd() -> SceneData:
 
 
 def alike(a: SceneData, b: SceneData, settings: Render) -> tuple[Result, Result]:
-    """Render both scenes. First hits are equal, and nearly all paths. Returns the results."""
+    """Render both scenes. Assert that first hits and nearly all paths are equal. Returns the results."""
     first, second = (render(scene, replace(settings, passes=True)) for scene in (a, b))
     ours, theirs = first.film.layers(), second.film.layers()
     for name, tolerance in {"Position": 1e-5, "Depth": 1e-5, "Albedo": 1e-5, "Normal": 1e-3}.items():
         distance = np.abs(ours[name] - theirs[name]).reshape(32 * 32, -1).max(axis=1)
-        assert (distance < tolerance).mean() > 0.99, name  # at silhouettes, a sample in a thousand hits the neighbouring triangle
+        assert (distance < tolerance).mean() > 0.99, name  # at silhouettes, one sample in a thousand hits the neighbouring triangle
     same = np.isclose(first.image, second.image, rtol=1e-3, atol=1e-4).all(axis=2)
     assert same.mean() > 0.7
     assert first.image.mean() == pytest.approx(second.image.mean(), rel=2e-3)
@@ -85,9 +85,9 @@ def test_each_instance_is_seen_by_its_own_rays():
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (7.0, -40.0, 3.0), (900.0, 2000.0, -300.0)])
 @pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (-2.0, 0.3, 5.0), (40.0, 40.0, 0.02)])
 def test_rays_neither_leave_closed_rooms_nor_hit_where_they_start(scale: Any, shift: Any):
-    """A closed white room in a white world is black from inside. A convex thing of albedo 1 in that world is invisible.
+    """A closed white room in a white world is black inside. A convex object of albedo 1 in this world is invisible.
 
-    In a room far away, one hit in 100,000 lies nearer to an edge than rounding can tell, and its path may escape.
+    In a room far from the origin, one hit in 100,000 is nearer to an edge than rounding errors. Its path may leave the room.
     """
     camera = replace(scenes.tiny(24).camera, to_world=tuple(map(tuple, (np.eye(4) + np.outer([*shift, 0], [0, 0, 0, 1])).tolist())))
     empty = replace(scenes.tiny(24), camera=camera, world=scenes.sky((1.0, 1.0, 1.0)))

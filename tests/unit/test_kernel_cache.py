@@ -1,4 +1,4 @@
-"""A compiled kernel that is damaged, or that of another source, never runs: it is compiled again, once, and a line says so."""
+"""A damaged kernel, or a kernel of another source, never runs. It is compiled again, once, and a line says so."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Any change of what goes into kernels changes their cache; and kernels can check their indices."""
+"""Every change in the sources of kernels changes the folder of their cache. Kernels can check their indices."""
 
 import os
 import subprocess
@@ -55,7 +55,7 @@ print(kernels._FOLDER.name)
 
 
 def test_indices_are_checked_where_numba_is_told_to(tmp_path: Path):
-    """Indices below 0 as well: Numba counts them from the end. Kernels that check have a cache of their own."""
+    """Indices below 0 are checked, too, although Numba counts them from the end. Checked kernels have their own cache."""
     script = tmp_path / "read.py"
     script.write_text(_READ)
     changed = {"NUMBA_BOUNDSCHECK": "1", "XDG_CACHE_HOME": str(tmp_path)}

@@ -1,4 +1,4 @@
-"""The tree of lamps: a ray finds the same lamp as by testing every lamp."""
+"""The tree of lamps: with the tree, a ray finds the same lamp as with tests of all lamps."""
 
 import numpy as np
 

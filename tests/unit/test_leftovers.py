@@ -1,4 +1,4 @@
-"""Files that killed processes left are removed, and no others."""
+"""Files of killed processes are removed, and no other files."""
 
 import os
 import subprocess
@@ -130,7 +130,7 @@ def test_a_number_that_no_process_can_have(tmp_path: Path):
 
 
 def test_without_numbers_of_processes_age_decides(dead: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Outside of POSIX, the call that asks whether a process lives may end it."""
+    """On systems that are not POSIX, the call that checks whether a process is alive may end the process."""
     monkeypatch.setattr(leftovers.os, "kill", None)
     monkeypatch.setattr(leftovers, "_SIGNALS", False)
     make(tmp_path, f".image.rlg-{dead}-{leftovers._computer()}.exr")
@@ -162,5 +162,5 @@ def test_the_next_start_removes_all_that_a_killed_one_left(tmp_path: Path, monke
     monkeypatch.setattr(leftovers.tempfile, "tempdir", str(temporary))
     with temporary_folder(work), temporary_folder(), atomic(work / "image.exr") as part:
         part.write_bytes(b"whole")
-        assert (len(names(work)), len(names(temporary))) == (2, 1)  # its own
+        assert (len(names(work)), len(names(temporary))) == (2, 1)  # its own files
     assert (names(work), names(temporary)) == ({"image.exr"}, set())

@@ -1,4 +1,4 @@
-"""A held program ends when its stdin ends, for all kinds of stdin, and says why."""
+"""A program with a lifeline ends when its stdin ends, and says why. This holds for all kinds of stdin."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ HELD = f"import sys, time; sys.path.insert(0, {str(ADDON)!r}); from lifeline imp
 
 
 def held(redirection: str, heard: str = "") -> subprocess.CompletedProcess[bytes]:
-    """Start a program that would sleep for hours, with redirections as in a shell. Returns how it ended."""
+    """Start a program that would sleep for hours, with redirections as in a shell. Returns the ended process."""
     command = ["sh", "-c", f'exec "$0" -c "$1" {redirection}', sys.executable, HELD % heard]
     return subprocess.run(command, stdin=subprocess.PIPE, capture_output=True, timeout=PATIENCE, check=False)
 

@@ -1,4 +1,4 @@
-"""A folder has one writer at a time; others are told its name. No lock outlives its process."""
+"""A folder has one writer at a time; other writers are told the name of this one. A lock ends with its process."""
 
 import errno
 import fcntl

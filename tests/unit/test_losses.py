@@ -1,4 +1,4 @@
-"""The losses by hand; a step of training moves the network along their gradient, written anew in double precision."""
+"""Losses equal values by hand. A training step moves the network along their gradient, computed again in double precision."""
 
 import copy
 from dataclasses import replace
@@ -42,7 +42,7 @@ def test_the_mean_loss_by_hand(relative):
 
 
 def test_the_gradient_flows_through_q_and_its_own_target_alone():
-    """d/dq of (q - t)^2 / 2 states; the second state's own target is further away, and Q^2 below is a constant."""
+    """The gradient of (q - t)^2 / 2, a mean over 2 states. In state 2 the own target is further away. The divisor Q^2 is constant."""
     q, own = torch.tensor([0.5, 2.0], requires_grad=True), torch.tensor([0.6, 0.0], requires_grad=True)
     mean_loss(q, torch.tensor([1.0, 2.5]), own, relative=True).backward()
     scale = np.array([0.5, 2.0]) ** 2 + SMALL_Q
@@ -51,7 +51,7 @@ def test_the_gradient_flows_through_q_and_its_own_target_alone():
 
 
 def experience(rng: np.random.Generator, count: int) -> Experience:
-    """Between random points of walls that face up."""
+    """Transitions between random points of floors (normals +z)."""
     x, y = rng.uniform(-1, 1, (2, count, 3)).astype(np.float32)
     up = np.tile(np.float32(UP), (count, 1))
     reward, albedo = rng.exponential(size=count).astype(np.float32), rng.random(count).astype(np.float32)
@@ -66,7 +66,7 @@ def test_a_step_follows_the_gradient(encoder, error, loss):
     settings = replace(common, error=error, loss=loss)
     torch.manual_seed(3)
     training = Training(settings)
-    training.target = QNetwork(settings).requires_grad_(False)  # another network, so that the two cannot be mistaken for each other
+    training.target = QNetwork(settings).requires_grad_(False)  # another network than the online one, so that mixing them up has an effect
     online, target = copy.deepcopy(training.online).double(), copy.deepcopy(training.target).double()
     batch = experience(np.random.default_rng(4), 64)
     trained = training.step(batch, 0.5)
@@ -80,7 +80,7 @@ def test_a_step_follows_the_gradient(encoder, error, loss):
 
     chosen = torch.maximum(squares(target), squares(online)) if loss == "cdqn" else squares(target)
     if loss == "cdqn":
-        assert 5 < (squares(online) > squares(target)).sum() < 59  # both are chosen
+        assert 5 < (squares(online) > squares(target)).sum() < 59  # the maximum takes each of them sometimes
     mean = (chosen / (q.detach() ** 2 + SMALL_Q if error == "relative" else 1)).mean()
     gradients = torch.autograd.grad(mean, list(online.parameters()))
     assert trained == pytest.approx(mean.item(), rel=1e-4)

@@ -1,4 +1,4 @@
-"""Free memory is read correctly on all kinds of machines and control groups."""
+"""The amount of free memory is read correctly on all kinds of machines and control groups."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def one(most: int, taken: int, stat: str = "", both: int | None = None) -> dict[
 NO_LIMIT = 9223372036854771712  # version 1 writes this for "no limit"
 STAT = f"anon 0\nfile {3 * GB}\nshmem {2 * GB}\ninactive_anon {2 * GB}\ninactive_file {GB}\nactive_file 0\nslab_reclaimable {GB}\n"
 STAT_1 = f"cache {3 * GB}\ntotal_cache {3 * GB}\ntotal_shmem {2 * GB}\ninactive_file 5\ntotal_inactive_file {GB}\ntotal_active_file 0\n"
-# Lines of /proc/self/cgroup, groups by folder, and GB: free and available.
+# (lines of /proc/self/cgroup, control groups by folder, GB free, GB available).
 MACHINES = {
     "no groups": ("", {}, 32, 40),
     "no limit": ("0::/\n", {}, 32, 40),

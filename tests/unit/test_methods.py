@@ -1,4 +1,4 @@
-"""Defaults of settings: for a method's name, for a render without flags, and for a run older than the setting of the sampler."""
+"""Defaults of settings: of a method's name, of a render without flags, and of a run from before the setting `sampler`."""
 
 import hashlib
 from pathlib import Path

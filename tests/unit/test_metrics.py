@@ -17,7 +17,7 @@ def constant(value: float) -> np.ndarray:
 
 def test_mape_display_is_that_of_the_slides():
     assert metrics.mape_display(constant(0.25), constant(0.64)) == pytest.approx(0.3 / 0.801)
-    assert metrics.mape_display(constant(5.0), constant(2.0)) == 0.0  # both are white on the display
+    assert metrics.mape_display(constant(5.0), constant(2.0)) == 0.0  # both values are white on the display
     assert metrics.mape_display(constant(-1.0), constant(0.04)) == pytest.approx(0.2 / 0.201)
 
 
@@ -44,7 +44,7 @@ def test_flip_grows_with_the_difference_and_ignores_the_scale():
     assert metrics.flip((reference + 0.1 * noise) * 100, reference * 100) == pytest.approx(errors[2], abs=2e-3)
 
 
-# flip-evaluator ends the process if it finds no exposures, so these run in a child process.
+# flip-evaluator ends the process if it finds no exposures, so these images are compared in a child process.
 DEGENERATE = """
 import numpy as np
 from blender_rl_guiding.images.metrics import flip

@@ -1,4 +1,4 @@
-"""The seam for guiding: a kind that is declared here is found by its type, and mixed with the lobes within its reach alone."""
+"""The interface for guiding: a kind of directions, declared here, is found by its type. It is mixed only with lobes in its reach."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ ALPHA, DENSITY = 0.25, 3.0
 
 
 class Upwards(NamedTuple):
-    """Directions that go straight up, as if they had a density."""
+    """Directions that go straight up, with a made-up density."""
 
     alpha: np.float32
     density: np.float32
@@ -50,7 +50,7 @@ def asked(directions, lobes, count, rest, takes):
 
 
 def ask(directions, rest: float = 0.9):
-    """alpha, share and density where diffuse, rough and smooth reflection meet; their chances; and which lobes the guide takes."""
+    """((alpha, share, density), probabilities of the lobes, whether the guide replaces each lobe), for diffuse, rough and smooth lobes."""
     seen = surface_of(("diffuse", {}), ("glossy", {"roughness": 0.6}), ("glossy", {"roughness": 0.1}), wo=direction(30))
     takes = np.zeros(seen.count, bool)
     return asked(directions, seen.lobes, seen.count, np.float32(rest), takes), seen.summary()[2], takes.tolist()

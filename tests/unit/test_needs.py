@@ -1,4 +1,4 @@
-"""A render tells its memory beforehand. One that cannot fit is refused, and the line names the largest part."""
+"""A render estimates its memory before it begins. A render that cannot fit is refused, and the line names the largest part."""
 
 import gc
 import weakref
@@ -53,7 +53,7 @@ def test_what_does_not_fit_names_its_largest_part(monkeypatch, part):
 
 
 def told(monkeypatch, share: float, at_once: int = 1, swap: int = 0) -> list[str]:
-    """The notes where this share of the free memory is what one render takes."""
+    """The notices if one render takes the share `share` of the free memory."""
     settings, notes = Render(), []
     free = int(needs.needs(ROOM, settings, MACHINE).total / share)
     monkeypatch.setattr(beforehand, "free", lambda: free)
@@ -92,7 +92,7 @@ def test_renders_at_a_time_are_not_all_the_heaviest(monkeypatch):
         forewarn(ROOM, [heavy], MACHINE, 2)
 
 
-CITY = QTable(cells=1024, rows=64, columns=128)  # the number of cells that paths find is unknown beforehand
+CITY = QTable(cells=1024, rows=64, columns=128)  # nobody knows before the render how many cells paths find
 
 
 @pytest.mark.parametrize(("share", "fits"), [(0.9 * GUESSED, False), (1.1 * GUESSED, True)])
@@ -108,7 +108,7 @@ def test_surfaces_are_looked_at_once_and_only_where_it_matters(monkeypatch):
     monkeypatch.setattr(cell_count, "_on_surfaces", lambda *given: looks.append(1) or on_surfaces(*given))
     light, heavy = Render(spp=2, guide=QTable()), Render(spp=100, guide=CITY)
     needs.require(scene, light, MACHINE)
-    assert not looks  # it fits with any number of cells
+    assert not looks  # the render fits with any number of cells
     free = needs.needs(scene, heavy, MACHINE).total
     monkeypatch.setattr(needs, "available", lambda: free)
     for _ in range(3):

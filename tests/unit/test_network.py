@@ -1,4 +1,4 @@
-"""The network's shape and closed form, its gradients and those of the losses, and the target network's update."""
+"""The network: shape, formula, gradients, gradients of the losses, and the update of the target network."""
 
 from collections.abc import Callable
 
@@ -60,7 +60,7 @@ def dqn(network: QNetwork, x: Tensor, n: Tensor, patch: Tensor, target: Tensor) 
 
 
 def msbe(network: QNetwork, x: Tensor, n: Tensor, patch: Tensor, target: Tensor) -> Tensor:
-    """The same with the online network's own target, through which the gradient flows; each state leads to the one before it."""
+    """The same with the target of the online network itself. The gradient also flows through this target. The state after i is i - 1."""
     own = target + network(x.roll(1, 0), n.roll(1, 0)).mean(dim=1) - network(x, n).mean()
     return (network.of_patch(x, n, patch) - own).square()
 
@@ -80,7 +80,7 @@ def test_gradients_are_those_of_finite_differences(encoder: Encoder, loss: Calla
     patch, target = torch.randint(6, (STATES,)), 2 * torch.rand(STATES, dtype=torch.float64)
     arguments = network, x, n, patch, target
     greater = msbe(*arguments) > dqn(*arguments)
-    assert 5 < greater.sum() < STATES - 5  # so that both sides of C-DQN's maximum are seen
+    assert 5 < greater.sum() < STATES - 5  # both sides of C-DQN's maximum occur
     assert_gradients(lambda: loss(*arguments).mean(), (x, n, *network.parameters()))
 
 

@@ -1,4 +1,4 @@
-"""Hostile files of arrays: each is refused in one line, before it costs memory or time."""
+"""Hostile files of arrays: each is refused in one line, before it takes much memory or time."""
 
 import io
 import resource
@@ -31,7 +31,7 @@ def pack(path: Path, packing: int = zipfile.ZIP_DEFLATED, **members: bytes) -> b
 
 
 def claimed(data: bytearray, size: int) -> bytearray:
-    """The same file, but its directory gives the first member another unpacked size."""
+    """The same file, but with another unpacked size of the first member in its directory."""
     at = data.index(b"PK\x01\x02") + 24
     data[at : at + 4] = size.to_bytes(4, "little")
     return data
@@ -52,7 +52,7 @@ def refusal(path: Path) -> str:
 
 
 def overlapping(path: Path) -> None:
-    """Two members on the same bytes of the file."""
+    """Write a file in which two members have the same bytes."""
     data = pack(path, x=member(), y=member())
     second = data.rindex(b"PK\x01\x02")
     data[second + 42 : second + 46] = bytes(4)
@@ -67,7 +67,7 @@ def encrypted(path: Path) -> None:
 
 
 def too_many(path: Path) -> None:
-    """A directory of 20 MB: its names have the greatest length."""
+    """Write a file with a directory of 20 MB, by names of the greatest length."""
     with zipfile.ZipFile(path, "w") as file:
         for k in range(320):
             file.writestr(f"{k:05}" * 12_500, b"")
@@ -153,7 +153,7 @@ def test_no_memory_is_told_in_a_line(tmp_path, monkeypatch):
 
 
 def test_arrays_by_columns_become_arrays_by_rows(tmp_path):
-    """Kernels are compiled for such arrays, and Embree reads them in place."""
+    """Kernels are compiled for arrays by rows, and Embree reads them without a copy."""
     there = np.asfortranarray(np.arange(12, dtype=np.float32).reshape(3, 4))
     np.savez(tmp_path / "x.npz", x=there)
     found = read(tmp_path / "x.npz")

@@ -1,4 +1,4 @@
-"""What was learnt, in the report: beside the truth if both are of one point, else left out, with a line that names it."""
+"""Q in the report: it is beside the truth if both belong to the same point. Otherwise it is left out, and a line names it."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from tests.unit.test_report import make_experiment
 
 
 def add_probe(folder: Path, pixels: dict[str, tuple[int, int]], nee: tuple[str, ...] = ()) -> None:
-    """Write a truth at pixel (3, 4) of c1, twice as bright towards +x, and for each method a constant 1 as learnt at its pixel."""
+    """Write a truth at pixel (3, 4) of c1, twice as bright towards +x. For each method, write a constant Q = 1 at its pixel."""
     truth = {
         "scene_key": "ab" * 32, "pixel": (3, 4), "max_bounces": -1, "spp": 128, "position": (0.5, -1, 0), "normal": (0, 0, 1),
         "right": (1, 0, 0), "up": (0, 1, 0), "patches": (2, 4), "radiance": [2, 1, 1, 2, 2, 1, 1, 2],

@@ -1,4 +1,4 @@
-"""What a pixel sees, what arrives there, and what a guide has learnt of it; the picture of a table's states."""
+"""The point that a pixel sees, the light that arrives there, and a guide's estimate of it. Also: the picture of a table's states."""
 
 import json
 import os
@@ -26,7 +26,7 @@ ON_FLOOR, LAMP, NOTHING = (6, 10), (6, 3), (0, 0)
 
 
 def room() -> SceneData:
-    """A floor with a wall that shines above its far edge; from 2 above the origin the camera sees both, and black beside them."""
+    """A floor, and an emitting wall above its far edge. The camera at z = 2 sees both, and black beside them."""
     b = scenes.Builder()
     b.quad((-2, 0, 0), (2, 0, 0), (2, 8, 0), (-2, 8, 0), scenes.material("floor", (0.5, 0.5, 0.5)))
     b.quad((-2, 8, 2), (-2, 8, 6), (2, 8, 6), (2, 8, 2), scenes.material("lamp", emission=(1.0, 1.0, 1.0)))
@@ -58,7 +58,7 @@ def test_the_pixel_is_asked_for_or_below_the_middle():
 
 
 def test_in_a_furnace_the_same_arrives_from_everywhere():
-    """1 + 1/2 + ... over six bounces; blocks of patches, against their own spread."""
+    """The radiance is 1 + 1/2 + ... over six bounces. Means over blocks of patches are compared with it, by their own variance."""
     scene = replace(scenes.furnace_box(0.5, 1.0, max_bounces=6), film=Film(exposure=3.0))
     point = probe.Point((0, 0), np.float32((0.2, 0.3, 0)), np.float32((0, 0, 1)))
     arriving = truth.arriving(scene, point, -1, MACHINE)
@@ -69,7 +69,7 @@ def test_in_a_furnace_the_same_arrives_from_everywhere():
 
 
 def test_light_arrives_from_where_the_lamp_is():
-    """The wall stands in +y: for a point on the floor light comes through the quarter around up = +y, not through the others."""
+    """The wall is in +y. At a point on the floor, light arrives only through the quarter around +y."""
     scene = room()
     point = probe.find(scene, ON_FLOOR, MACHINE)
     assert point
@@ -156,7 +156,7 @@ def test_a_damaged_truth_is_measured_again_and_told(tmp_path, monkeypatch):
         assert point
         np.testing.assert_array_equal(point.position, right.position)
         np.testing.assert_array_equal(point.normal, right.normal)
-        assert path.read_bytes() == whole or json.loads(path.read_bytes()) == json.loads(whole)  # white space
+        assert path.read_bytes() == whole or json.loads(path.read_bytes()) == json.loads(whole)  # only white space differs
     assert len(told) == len(measured) - 1 > 60
     monkeypatch.setattr(truth, "program", lambda: "another")
     truth.kept(path, scene, ON_FLOOR, -1, MACHINE)
@@ -206,4 +206,4 @@ def test_colours_never_repeat():
     colours = inspection._colours(np.arange(1 << 18)).astype(int)
     codes = colours @ (1 << 16, 1 << 8, 1)
     assert len(np.unique(codes)) == 1 << 18
-    assert abs(np.diff(colours[:1000], axis=0)).mean() > 60  # neighbours are told apart: of random codes it is 85
+    assert abs(np.diff(colours[:1000], axis=0)).mean() > 60  # neighbours have different colours: for random codes the mean is 85

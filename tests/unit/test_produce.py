@@ -1,4 +1,4 @@
-"""A run is made in one place: it goes on from its checkpoint, is judged and saved, and tells how far it is."""
+"""`produce` makes a run: it goes on from the checkpoint, computes errors, saves the run, and reports progress."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +26,7 @@ OFTEN = Machine(checkpoint=1e-9)
 
 @pytest.fixture(autouse=True)
 def _own_cache(own_references: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And a checkpoint before every pass, for a machine that wants it often."""
+    """Keeps references out of the user's cache. With the machine OFTEN, a checkpoint is written before every pass."""
     monkeypatch.setattr(checkpoint, "SHARE", 0)
 
 
@@ -110,7 +110,7 @@ def test_without_a_folder_nothing_is_saved_and_the_checkpoint_is_in_the_cache(no
     there: list[bool] = []
     produce(task, OFTEN, on_end=lambda result: there.append(file.exists()))
     assert notes == [f"goes on from {file}, after 1 of 4 samples"]
-    assert (there, kept()) == ([True], [])  # as long as the image is handed over
+    assert (there, kept()) == ([True], [])  # the checkpoint exists until the image is handed over
 
 
 def test_lamps_left_to_chance_are_told_unless_the_caller_or_blender_did(tmp_path: Path, notes: list[str]):

@@ -1,4 +1,4 @@
-"""The published numbers are those of the slides, and our numbers are judged by them correctly."""
+"""The published numbers equal those of the slides, and our numbers are compared with them correctly."""
 
 import json
 from pathlib import Path
@@ -137,7 +137,7 @@ def test_the_loss_comes_first_where_it_is_what_counts(tmp_path: Path):
 
 
 def named(folder: Path, name: str) -> Path:
-    """The experiment as one of the catalogue."""
+    """Give the experiment a name of the catalogue."""
     path = folder / "experiment.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"name": name}))
     return folder

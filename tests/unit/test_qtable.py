@@ -1,4 +1,4 @@
-"""The table's learning: its update by hand, what cells borrow, the table of directions, and its fixed point."""
+"""The table's learning: the update equals values by hand, cells borrow correctly, and Q converges to its fixed point."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def new_guide(**settings) -> QTableGuide:
 
 
 def transitions(positions, rewards, albedos, next_positions) -> Transitions:
-    """From and to walls that face up, in directions all over the hemisphere."""
+    """Transitions between floors (normals +z), in directions all over the hemisphere."""
     n = len(rewards)
     directions = np.random.default_rng(2).normal(size=(n, 3))
     directions[:, 2] = np.abs(directions[:, 2])
@@ -31,7 +31,7 @@ def transitions(positions, rewards, albedos, next_positions) -> Transitions:
 
 
 def test_update_by_hand():
-    """Cell 0 learns from cell 1 through patch 4, twice, and once from what no cell knows; cell 1 from cell 0 in between."""
+    """Patch 4 of cell 0 learns first from cell 1, last from an unknown state. In between, patch 0 of cell 1 learns from cell 0."""
     visits, q, squares = (np.zeros((2, N), np.float32) for _ in range(3))
     arriving = np.array([0, 5], np.float32)
     columns = [(0, 4, 1.0, 0.6, 1), (1, 0, 0.0, 0.5, 0), (0, 4, 3.0, 0.6, UNKNOWN)]
@@ -56,7 +56,7 @@ def test_sums_by_row():
 
 
 def test_what_cells_borrow():
-    """Two cells below one: each is its visits' mean and `prior` visits of its parent's, which borrows from the mean of all."""
+    """Two cells with one parent: (visits * mean + prior * parent) / (visits + prior). The parent borrows likewise, from the mean of all."""
     visits = np.array([[4, 0], [0, 2]], np.float32)
     means = np.array([[1, 0], [0, 5]], np.float32)
     everything = (4 * 1 + 2 * 5) / 6
@@ -74,13 +74,13 @@ def test_learning_waits_for_light():
 
 
 def test_a_table_that_forgot_all_light_has_no_cells_either():
-    """New cells would have no rows in the last one: sums of light and of light that is taken away may be 0."""
+    """Positive and negative rewards may sum to 0. Then the last table is dropped, because new cells would have no rows in it."""
     guide, here, there = new_guide(levels=1), [(0, 0, 0)], [(0.9, 0.9, 0.9)]
     guide.learn(transitions(here, [1.0], [0.0], here))
     assert len(guide.directions().cdf) == 1
     guide.learn(transitions(here, [-1.0], [0.0], here))
     guide.learn(transitions(there, [0.0], [0.0], there))
-    assert not guide.directions().cells.rows.any()  # a cell of everything
+    assert not guide.directions().cells.rows.any()  # one cell for all states
 
 
 @pytest.mark.parametrize("second_moment", [False, True])
@@ -115,17 +115,17 @@ def test_no_patch_is_ruled_out():
     rng = np.random.default_rng(1)
     t = transitions(rng.uniform(-1, 1, (n, 3)), np.zeros(n), np.zeros(n), np.zeros((n, 3)))
     for _ in range(20):
-        guide.learn(t._replace(reward=(t.direction[:, 0] > 0).astype(np.float32)))  # black on one side
+        guide.learn(t._replace(reward=(t.direction[:, 0] > 0).astype(np.float32)))  # no light from one side
     assert np.diff(guide.directions().cdf, axis=1, prepend=0).min() > 0.2 * LEAST / N
 
 
 @pytest.mark.parametrize("levels", [1, 5])
 def test_two_states_learn_their_bellman_equations(levels):
-    """Through every direction state 0 sees a wall of emission 1 and albedo 1/2 in state 1, which sees a wall of emission 0 in state 0."""
+    """In every direction, state 0 sees a wall of emission 1 and albedo 1/2 in state 1; state 1 sees a wall of emission 0 in state 0."""
     guide, n = new_guide(levels=levels, prior=1e-3), 4000
     here = np.arange(n) % 2
     positions = np.where(here[:, None], (0.9, 0.9, 0.9), (-0.9, -0.9, -0.9))
     for _ in range(50):
         guide.learn(transitions(positions, 1.0 - here, np.full(n, 0.5), positions[::-1].copy()))
-    # positions[::-1] pairs each state with the other: Q0 = 1 + Q1 / 2, Q1 = Q0 / 2. Averages forget their first values as 1 / passes.
+    # positions[::-1] has the other state in each place: Q0 = 1 + Q1 / 2, Q1 = Q0 / 2. First values lose weight like 1 / passes.
     np.testing.assert_allclose(guide.q(), np.outer([4 / 3, 2 / 3], np.ones(N)), rtol=0.02)

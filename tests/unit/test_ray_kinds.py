@@ -1,4 +1,4 @@
-"""The kinds of rays that lobes make, and what Blender's switches hide from each kind."""
+"""The kinds of rays that lobes give, and the things that Blender's switches hide from each kind."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_every_ray_is_of_one_kind(closure, expected):
 
 @pytest.mark.parametrize(("mode", "sampled"), [("IS_CAMERA_RAY", True), ("IS_DIFFUSE_RAY", False), ("IS_TRANSMISSION_RAY", False)])
 def test_what_shines_for_some_scattered_rays_is_not_sampled(mode, sampled):
-    """Light sampling does not know the kind of ray that would hit the light."""
+    """Light sampling does not know the kind of the scattered ray that would hit the light."""
     ray = Instruction("light_path", mode=mode)
     not_ray = Instruction("math", (1.0, Node(0), 0.0), "SUBTRACT", (0,))
     glow = Shader("glow", (ray, not_ray), (Closure("emission", 1.0, {"strength": Node(1)}),))

@@ -1,4 +1,7 @@
-"""A cached reference is the rendered one, of this scene and these settings; otherwise it is rendered again, and a line says why."""
+"""A cached reference is used only if it belongs to this scene and these settings, and is undamaged.
+
+Otherwise the reference is rendered again, and a line says why.
+"""
 
 import os
 from collections.abc import Callable
@@ -89,7 +92,7 @@ def test_damage_never_changes_a_pixel(tracer: Tracer, told: list[str], tmp_path:
 
 
 def test_a_block_of_something_else_is_not_taken(tracer: Tracer, told: list[str], tmp_path: Path):
-    """A whole block in the place of another, of another scene or of shorter paths, is not taken."""
+    """An undamaged block under the name of another block is not used: one of another scene, or one with shorter paths."""
     wanted: list[dict[str, Any]] = [{"blocks": 2}, {"scene": OTHER}, {"max_bounces": 2}]
     right = [reference(**what) for what in wanted]
     kept = files(tmp_path)

@@ -1,4 +1,4 @@
-"""A render ends after its samples, after its time, or when its noise is low enough. Its pixels are finite."""
+"""A render ends after its samples, after its time, or when its noise is below the limit. All pixels are finite."""
 
 import itertools
 from dataclasses import replace
@@ -23,7 +23,7 @@ SMALL = DQN(layers=1, rows=2, columns=3, learning_starts=64, batch=64, first_ste
 
 
 def samples_after(scene, settings: Render) -> tuple[Result, list[float]]:
-    """(result, samples after each pass, as told to the caller)."""
+    """(result, number of samples after each pass, from `on_pass`)."""
     told = []
     result = render(scene, settings, MACHINE, lambda state: told.append(state.film.samples))
     assert told == [entry["samples"] for entry in result.curve]
@@ -76,7 +76,7 @@ def test_what_the_caller_does_does_not_use_up_the_time_limit(monkeypatch):
 
 
 class Told(Guide):
-    """A guide that learns nothing, and tells what it is given to tell."""
+    """A guide that learns nothing, and returns given numbers from `learn`."""
 
     def __init__(self, *told: dict[str, Any]) -> None:
         self._told = iter(told)
@@ -117,7 +117,7 @@ def test_a_time_limit_ends_the_render_after_a_pass():
 
 
 def half_noisy(size: int = 16):
-    """A wall. Its left half glows evenly; a screen behind the camera lights its right half."""
+    """A wall. Its left half emits a constant radiance. A screen behind the camera lights its right half."""
     b = scenes.Builder()
     b.quad((-9, 1, -9), (0, 1, -9), (0, 1, 9), (-9, 1, 9), scenes.material("even", emission=(1.0, 1.0, 1.0)))
     b.quad((0, 1, -9), (9, 1, -9), (9, 1, 9), (0, 1, 9), scenes.material("grey", (0.5, 0.5, 0.5)))
@@ -128,13 +128,13 @@ def half_noisy(size: int = 16):
 def test_only_noisy_pixels_are_sampled_on():
     result, _ = samples_after(half_noisy(), Render(spp=64, nee=False, noise=0.01))
     counts = result.film.counts
-    assert (counts[:, :6] == LEAST_SAMPLES).all()  # no neighbours of noisy pixels
+    assert (counts[:, :6] == LEAST_SAMPLES).all()  # these pixels have no noisy neighbours
     assert (counts[:, 9:] == 64).all()
     assert result.finished
 
 
 def test_a_pixel_is_sampled_until_it_is_quiet():
-    """Its samples are the first ones of a render without a noise limit."""
+    """The pixel's samples equal the first samples of a render without a noise limit."""
     settings, seen = Render(spp=4096, nee=False, noise=0.05), []
     result = render(half_noisy(8), settings, MACHINE, lambda state: seen.append((state.film.noise(), state.film.counts.copy())))
     assert LEAST_SAMPLES < result.film.samples < settings.spp
@@ -156,7 +156,7 @@ def test_a_threshold_that_all_pixels_meet_ends_the_render():
 @pytest.mark.parametrize("guide", [Render().guide, SMALL], ids=lambda guide: guide.kind)
 @pytest.mark.parametrize("gain", [1.0, 100.0])
 def test_what_is_not_a_number_is_refused_by_pixel(gain, guide):
-    """Two pixels see a light through a sheet that multiplies it beyond single precision."""
+    """Two pixels see a light through a sheet. The sheet multiplies the light by a factor that overflows single precision."""
     b = scenes.Builder()
     b.quad((-0.9, 1, -0.3), (-0.6, 1, -0.3), (-0.6, 1, -0.1), (-0.9, 1, -0.1), scenes.material("sun", emission=(1e37, 1e37, 1e37)))
     b.quad((-9, 0.5, -9), (9, 0.5, -9), (9, 0.5, 9), (-9, 0.5, 9), Shader("sheet", (), (Closure("transparent", gain),)))
@@ -182,7 +182,7 @@ PLAIN = {
 
 
 def test_attributes_of_no_object():
-    """The exporter leaves such a scene if it cannot read the only object with attributes."""
+    """The exporter gives such a scene if it cannot read the only object with attributes."""
     bump = Instruction("bump", (Node(0), 1.0, 1.0, Node(1)), options=(0,))
     shader = Shader("bumpy", (Instruction("attribute", options=(0,)), Instruction("normal"), bump), ())
     rows = np.zeros((1, 0), np.int64)

@@ -7,13 +7,13 @@ from blender_rl_guiding.guiding.replay import BYTES, Experience, ReplayMemory, n
 
 
 def numbered(first: int, count: int) -> Experience:
-    """Experience whose every field tells their number."""
+    """Transitions first .. first + count - 1; every field of a transition has its number as the value."""
     numbers = np.arange(first, first + count)
     return Experience(*(np.broadcast_to(numbers.reshape(-1, *[1] * (a.ndim - 1)), a.shape).astype(a.dtype) for a in no_experience(count)))
 
 
 def held(memory: ReplayMemory) -> list[int]:
-    """The numbers of all remembered transitions. Their fields still agree."""
+    """The numbers of all transitions in the memory. Asserts that all fields of a transition have the same number."""
     drawn = memory.sample(len(memory), np.random.default_rng(0))
     for array in drawn:
         np.testing.assert_array_equal(array.reshape(len(memory), -1)[:, 0], drawn.reward)

@@ -1,4 +1,4 @@
-"""The report: numbers against those worked out by hand, whatever may be missing, and nothing unescaped."""
+"""The report: numbers equal those by hand, any part of the data may be missing, and all text is escaped."""
 
 import csv
 import hashlib
@@ -22,14 +22,14 @@ from blender_rl_guiding.report import figures, load, pictures, results, show, wr
 from blender_rl_guiding.report.numbers import runs
 from blender_rl_guiding.report.texts import comma_separated
 
-write_figures = figures.write  # before it is replaced, below
+write_figures = figures.write  # the original, before the fixture below replaces it
 METHODS = {"uniform": 0.6, "bsdf": 0.3, "dqn": 0.15}
 GUIDE = {"kind": "dqn", "error": "squared", "width": 64, "encoder": {"kind": "frequency", "octaves": 8}}
 
 
 @pytest.fixture(autouse=True)
 def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They take longer than all the rest, and have a test of their own."""
+    """Makes no figures: they take longer than the rest of the report, and have their own test."""
     monkeypatch.setattr(figures, "write", lambda results: None)
 
 
@@ -59,7 +59,7 @@ def make_run(folder: Path, method: str, seed: int, noise: float, truth: np.ndarr
 def make_experiment(
     folder: Path, scenes: tuple[str, ...] = ("c1",), seeds: int = 2, size: int = 24, methods: dict[str, float] = METHODS
 ) -> Path:
-    """An experiment's folder with images that are the reference times gamma noise; `methods` are its standard deviations."""
+    """An experiment's folder. Its images are the reference times gamma noise. methods: standard deviation of the noise, by name."""
     for scene in scenes:
         write_exr(folder / scene / "reference.exr", reference(size), {})
         for method, noise in methods.items():
@@ -77,7 +77,7 @@ def make_experiment(
 
 
 def change(path: Path, **values: Any) -> None:
-    """Give values of a result.json others."""
+    """Change values of a result.json."""
     path.write_text(json.dumps(json.loads(path.read_text()) | values))
 
 
@@ -114,7 +114,7 @@ def test_the_page_is_self_contained_escaped_and_has_the_numbers(tmp_path: Path):
     assert "Beside the slides" not in page
     assert "guide.encoder.octaves" in page
     assert page.count("<polyline ") == 3 + 3 + 1  # errors over samples and over time, and the loss
-    assert "20% +&ensp;10%" in page  # of 3.05 s
+    assert "20% +&ensp;10%" in page  # shares of 3.05 s
     assert "All scenes" not in page
 
 
@@ -132,7 +132,7 @@ def test_names_from_the_folder_cannot_break_the_page(tmp_path: Path):
 
 
 class _Parsed(HTMLParser):
-    """Tags with their attributes, and the text behind each."""
+    """Tags with their attributes, and the text after each tag."""
 
     def __init__(self, page: str) -> None:
         super().__init__()
@@ -156,10 +156,10 @@ class _Parsed(HTMLParser):
 def test_a_browser_is_told_to_obey_nothing_but_the_pages_own_script_and_style(tmp_path: Path):
     parsed = _Parsed(page_of(make_experiment(tmp_path)))
     ((place, policy),) = [(k, a["content"]) for k, (_, a) in enumerate(parsed.tags) if a.get("http-equiv") == "Content-Security-Policy"]
-    assert place <= 2  # before all that it is about: behind the language and the encoding
+    assert place <= 2  # before everything that it governs: only language and encoding come first
     rules = dict(rule.split(" ", 1) for rule in (policy or "").split("; "))
     for tag, rule in (("script", "script-src"), ("style", "style-src-elem")):
-        # A browser runs no script of type text/plain, and so does not ask whether it may.
+        # A browser does not run scripts of type text/plain, so they need no permission.
         (text,) = [text for (name, a), text in zip(parsed.tags, parsed.texts, strict=True) if name == tag and a.get("type") != "text/plain"]
         assert rules[rule] == f"'sha256-{b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
     assert rules["default-src"] == "'none'"

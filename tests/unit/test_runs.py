@@ -1,4 +1,4 @@
-"""A run is done only if its result.json is as it was written, and its images are those that were written with it."""
+"""A run counts as done only if its result.json is unchanged, and its images are those written together with result.json."""
 
 import errno
 import json
@@ -48,7 +48,7 @@ def saved(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def folder(saved: Path, tmp_path: Path) -> Path:
-    """Such a folder, to be spoilt."""
+    """A copy of the folder `saved`, which a test may damage."""
     return shutil.copytree(saved, tmp_path / "run")
 
 
@@ -83,7 +83,7 @@ def test_damage_to_the_record_is_never_believed(folder: Path):
         except InputError:
             refused += 1
         else:
-            assert read == record  # white space was changed
+            assert read == record  # only white space was changed
     assert refused > 600
 
 
@@ -113,7 +113,7 @@ def test_an_image_that_is_not_the_one_is_refused(name: str, folder: Path):
     for _, contents in mutations.of_bytes(whole, seed=1, count=11):
         path.write_bytes(contents)
         assert_refused()
-    for shape in ((8, 8, 3), (4, 9, 3)):  # of another render, and of another size
+    for shape in ((8, 8, 3), (4, 9, 3)):  # an image of another render, and an image of another size
         write_exr(path, np.ones(shape, np.float32), {"scene_key": SCENE.key})
         assert_refused()
     path.unlink()
@@ -144,7 +144,7 @@ ENDLESS = {
 
 @pytest.mark.parametrize("name", ENDLESS, ids=ascii)
 def test_only_images_of_a_run_are_read(name: str, folder: Path):
-    """Anyone can seal a record: what it names may have no end."""
+    """Anyone can write a record with a valid checksum. The file that it names may be endless."""
     ENDLESS[name](folder)
     for path, done in (
         (folder / "result.json", lambda: finished_run(folder, SCENE, SETTINGS)),

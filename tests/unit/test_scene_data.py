@@ -1,4 +1,4 @@
-"""Scene bundles: reading returns what was written, and the key depends on what the image depends on."""
+"""Scene bundles: reading returns the written scene. The key depends on everything that the image depends on."""
 
 import io
 import pickle
@@ -28,7 +28,7 @@ def test_round_trip(scene, tmp_path):
         assert getattr(again, name) == getattr(scene, name), name
     for name in ARRAYS:
         assert_same_array(getattr(again, name), getattr(scene, name))
-    assert again.textures == scene.textures  # names and coding
+    assert again.textures == scene.textures  # compares names and colour coding
     for ours, theirs in zip(again.textures, scene.textures, strict=True):
         assert_same_array(ours.texels, theirs.texels)
     assert again.key == scene.key
@@ -64,7 +64,7 @@ def test_key_ignores_names_and_coverage(scene):
 
 
 def nudged(scene: SceneData, name: str) -> dict[str, np.ndarray]:
-    """For `replace`: the array with another last number, as near as possible."""
+    """An argument of `replace`: the array, with the last number changed by the smallest step."""
     array = getattr(scene, name)
     index = tuple(np.array(array.shape) - 1)
     return {name: changed(array, index, np.nextafter(array[index], np.float32(9)) if array.dtype == np.float32 else array[index] ^ 1)}

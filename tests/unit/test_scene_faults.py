@@ -1,4 +1,4 @@
-"""Damaged bundles, and those that cannot be rendered, are refused in one line with the file and the fault."""
+"""Damaged bundles, and bundles that cannot be rendered, are refused in one line that names the file and the fault."""
 
 import json
 import zipfile
@@ -38,7 +38,7 @@ def test_truncated_bundles_are_refused(scene, tmp_path):
 
 
 def test_changed_bytes_are_refused_or_harmless(scene, tmp_path):
-    """The checksums of the zip find damage in arrays. Only padding and dates of the directory may change unseen."""
+    """The checksums of the zip find damage in arrays. Only changes of padding and of dates in the directory stay undetected."""
     save(scene, tmp_path / "whole.npz")
     data, path, rng = (tmp_path / "whole.npz").read_bytes(), tmp_path / "bad.npz", np.random.default_rng(1)
     for at in rng.integers(len(data), size=300):
@@ -110,7 +110,7 @@ def test_bad_json_is_refused(scene, tmp_path, text):
 
 
 def altered(part: str, index: int | None = None, **values: Any) -> Any:
-    """A part of the header, or one entry of it, with other values. None leaves one out."""
+    """A part of the header, or one entry of this part, with other values. A value of None is left out."""
     header = json.loads(json.dumps(whole().header()))
     entry = header[part] if index is None else header[part][index]
     entry.update(values)
@@ -181,13 +181,13 @@ def camera(s: SceneData, **values: Any) -> dict[str, Any]:
 
 
 def texture(s: SceneData, index: tuple[int, int, int], value: float) -> dict[str, Any]:
-    """For `replace`: another value in the texture of floats."""
+    """An argument of `replace`: the textures, with another value in the float texture."""
     codes, light = s.textures
     return {"textures": (codes, replace(light, texels=changed(light.texels, index, value)))}
 
 
 def unlit(s: SceneData) -> dict[str, Any]:
-    """For `replace`: no lamp, and no shader that emits."""
+    """An argument of `replace`: no lamps, and no shaders that emit."""
     dark = tuple(replace(part, closures=tuple(c for c in part.closures if not emits(c))) for part in s.shaders)
     return {"shaders": dark, "world": Shader(""), "lamps": ()}
 
@@ -268,14 +268,14 @@ OLD_NAMES = {
 @pytest.mark.parametrize("name", OLD_NAMES, ids=ascii)
 def test_a_bundle_of_an_earlier_version_loads_under_a_name_that_fits(scene, tmp_path, name):
     old = replace(scene, name=name)
-    assert f"the name {name!r} " in find_fault(old)  # the program no longer writes it
+    assert f"the name {name!r} " in find_fault(old)  # today's program does not write such a name
     save(old, tmp_path / "old.npz")
     found = load(tmp_path / "old.npz")
     assert (found.name, found.key) == (OLD_NAMES[name], scene.key)
 
 
 def test_faults_far_into_an_array_are_found(scene):
-    """The check goes through numbers in blocks."""
+    """The check reads numbers in blocks, so the fault is in a later block."""
     texels = np.ones((300, 300, 4), np.float32)
     texels[299, 298, 2] = np.nan
     assert "texture 'large' has nan at (299, 298, 2)" in find_fault(replace(scene, textures=(Texture("large", False, texels),)))

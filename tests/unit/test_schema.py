@@ -1,4 +1,4 @@
-"""Settings refuse a wrong value in one line that names it, from all sources."""
+"""Settings from all sources refuse a wrong value, in one line that names the value."""
 
 import dataclasses
 import json
@@ -30,7 +30,7 @@ NAMES = [f"{config.kind}.{entry.name}" for config, entry in ENTRIES]
 
 
 def wrong_values(entry: Entry) -> list[Any]:
-    """Values of a wrong type and beyond the limits: the entry must refuse each."""
+    """Values of a wrong type, and values beyond the limits. The entry must refuse each of them."""
     if entry.variants:
         return ["nothing", None, Machine(), 3]
     if entry.choices:
@@ -130,7 +130,7 @@ def test_json_that_names_no_variant_is_refused(guide: Any):
 
 
 def variants(config: type[Settings]) -> Iterator[Settings]:
-    """The class with each of its variants, and each of their variants."""
+    """Settings of the class with each of its variants, and with each of the variants inside these."""
     yield config()
     for entry in entries(config):
         for variant in entry.variants.values():

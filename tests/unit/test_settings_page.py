@@ -1,4 +1,4 @@
-"""docs/settings.md is the page made from today's settings."""
+"""docs/settings.md equals the page that is made from the current settings."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Every op equals its node in Cycles, at random inputs and where its definition changes."""
+"""Every op equals its node in Cycles, at random inputs and at inputs where the definition has another case."""
 
 import json
 import subprocess
@@ -23,17 +23,17 @@ pytestmark = pytest.mark.blender
 
 SCRIPT = Path(__file__).with_name("shading_oracle.py")
 COLUMNS = 64
-NAMES = ("a", "b", "c", "p", "q", "n", "u", "xx", "yy", "zz", "tt")  # of attributes: vectors have one letter, numbers two
+NAMES = ("a", "b", "c", "p", "q", "n", "u", "xx", "yy", "zz", "tt")  # names of attributes: one letter for vectors, two for numbers
 NODES = A, B, C, P, Q, N, U, X, Y, Z, T = tuple(map(Node, range(len(NAMES))))  # P, Q are colours, N a unit vector, T is in 0..1
-NEXT = len(NAMES)  # the first step after those that read the attributes
+NEXT = len(NAMES)  # the first step after the steps that read the attributes
 FRAME = NEXT, NEXT + 1, NEXT + 2  # further attributes: a tangent, its sign, the normal
-SIGNED = Instruction("vector_math", (P, 2.0, -1.0, 0.0), "MULTIPLY_ADD")  # of a colour that is a normal map's
+SIGNED = Instruction("vector_math", (P, 2.0, -1.0, 0.0), "MULTIPLY_ADD")  # from the colour of a normal map to a vector
 NAME = dict(zip(NODES, NAMES, strict=True))
 
 
 @dataclass(frozen=True)
 class Case:
-    """A node of Blender, and the instruction that stands for it."""
+    """A node of Blender, and the instructions that must give the same values."""
 
     name: str
     node: str
@@ -41,8 +41,8 @@ class Case:
     inputs: dict[str, Value | str]
     output: str
     code: tuple[Instruction, ...]
-    close: float = 2e-5  # absolute and relative
-    beside: str = ""  # another output in use
+    close: float = 2e-5  # tolerance, absolute and relative
+    beside: str = ""  # name of another output that has a link, too
 
     def for_blender(self) -> dict[str, Any]:
         inputs = {key: NAME[v] if isinstance(v, Node) else v for key, v in self.inputs.items()}
@@ -125,7 +125,7 @@ def in_axes(step: int) -> Instruction:
 
 
 def bent(step: int, strength: Value) -> Instruction:
-    """The normal, drawn towards the value of a step."""
+    """The normal, bent towards the value of a step."""
     return Instruction("bend", (Node(step), strength))
 
 
@@ -164,7 +164,7 @@ def procedural_cases() -> Iterable[Case]:
             code = (Instruction("noise", (place, 3.3, 0.6, 2.1, distortion), "COLOR", (dimensions, normalize)),)
             settings = {"noise_dimensions": f"{dimensions}D", "normalize": bool(normalize)}
             inputs = {key: place, "Scale": 1.0, "Detail": 3.3, "Roughness": 0.6, "Lacunarity": 2.1, "Distortion": distortion}
-            # Distortion reads noise 100 to 200 units away, where single precision is coarser.
+            # Distortion reads noise at offsets of 100 to 200 units, where single precision is coarser.
             yield Case(f"noise {dimensions}D {distortion}", "TexNoise", settings, inputs, "Color", code, 1e-3 if distortion else 2e-5)
 
 
@@ -189,9 +189,9 @@ def image_cases(files: list[Path]) -> Iterable[Case]:
 
 
 def attributes() -> dict[str, np.ndarray]:
-    """The values of each attribute, one for each column. The first eight columns, except of u, have equal, whole, zero or negative ones.
+    """The values of each attribute, one for each column. In the first eight columns they are equal, whole, zero or negative, except u.
 
-    Numbers have few bits: Cycles takes the mean of three of them, which must be exact, so that it hashes to the same.
+    Numbers have few bits. Cycles takes the mean of three equal numbers; it must be exact, so that the hash is the same.
     """
     rng = np.random.default_rng(5)
     values = {name: rng.integers(-2500, 2500, (COLUMNS, 3) if len(name) == 1 else COLUMNS) / 1024 for name in NAMES}
@@ -207,7 +207,7 @@ def attributes() -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def textures(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], tuple[Texture, ...]]:
-    """An opaque and a partly transparent image of 8 bits, and one of floats, as files and as we have them."""
+    """(files, textures) of an opaque 8-bit image, a partly transparent 8-bit image, and a float image."""
     folder = tmp_path_factory.mktemp("images")
     codes = np.random.default_rng(2).integers(0, 256, (2, 3, 5, 4), np.uint8)
     codes[0, :, :, 3] = 255

@@ -1,4 +1,4 @@
-"""Shaders become arrays: folding, idle steps, registers, bumps, refusals."""
+"""Shaders become arrays: constant steps, idle steps, registers, bumps, refused shaders."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ def color(*code: Instruction, corners: np.ndarray = TRIANGLE, uv: tuple[float, f
 
 
 def chain(length: int) -> tuple[Instruction, ...]:
-    """Steps; each doubles the one before."""
+    """Steps; each doubles the value of the step before."""
     return (Instruction("position"), *(Instruction("vector_math", (Node(k), Node(k), 0.0, 0.0), ADD) for k in range(length)))
 
 
@@ -86,7 +86,10 @@ def test_too_many_values_at_once_are_refused():
 
 
 def test_what_closures_are_read_into_overwrites_no_value():
-    """Code uses CODE_REGISTERS; a closure's inputs are read into the others. They must not overwrite values of later closures."""
+    """Code uses the first CODE_REGISTERS registers; `gather` writes a closure's inputs to the others.
+
+    So these inputs do not overwrite values that later closures read.
+    """
 
     def greedy(count: int) -> SceneData:
         code = tuple(Instruction("attribute", options=(0,)) for _ in range(count))
@@ -157,7 +160,7 @@ def test_steps_that_cannot_be_run_are_refused(step: Instruction, message: str):
 
 SLOPED = np.float32(((1, 0, 3), (3, 0.5, 3), (0, 2.5, 3)))  # at constant z, because the shading normal is +z
 
-MIDDLE = np.array((0.25, 0.25, 0.5)) @ SLOPED  # the point where `color` looks
+MIDDLE = np.array((0.25, 0.25, 0.5)) @ SLOPED  # the point at which `color` runs the shader
 
 
 def bump(*height: Instruction) -> tuple[Instruction, ...]:

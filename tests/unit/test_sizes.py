@@ -1,4 +1,4 @@
-"""The sizes that panels show are those of the network that is trained."""
+"""The sizes in the panels equal those of the trained network."""
 
 import pytest
 import torch
@@ -8,12 +8,12 @@ from blender_rl_guiding.guiding.network import QNetwork
 from blender_rl_guiding.settings import DQN, Encoder
 from tests import unions
 
-# All numbers differ, so that none can stand for another.
+# All numbers are different, so that mixing them up has an effect.
 SIZES = {"octaves": 7, "across": 5, "up": 2, "width": 11, "features": 13, "knots": 8, "matrix_columns": 3}
 
 
 def dense(module: nn.Module) -> tuple[int, ...]:
-    """What enters the first dense layer of a module, and what leaves each."""
+    """(inputs of the module's first dense layer, then outputs of each dense layer)."""
     layers = [layer for layer in module.modules() if isinstance(layer, nn.Linear)]
     return (*(layer.in_features for layer in layers[:1]), *(layer.out_features for layer in layers))
 

@@ -1,4 +1,4 @@
-"""Text from others: no terminal obeys it, and no path made of it leads elsewhere."""
+"""Text from others: it cannot control a terminal, and a path made from it cannot lead out of its folder."""
 
 import unicodedata
 from pathlib import Path
@@ -35,7 +35,7 @@ def test_of_names_from_before_only_those_are_refused_that_lead_out_or_cannot_be_
 
 
 def test_what_is_written_goes_through_no_link(tmp_path: Path):
-    """Others can guess temporary names, and know final ones."""
+    """Other users can guess temporary names, and know final names. They could make links of these names."""
     (tmp_path / "kept").write_text("kept")
     with atomic(tmp_path / "a.txt") as temporary:
         temporary.touch()

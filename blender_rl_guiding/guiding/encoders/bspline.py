@@ -1,4 +1,4 @@
-"""Encoder `bspline`: (x, n, S(x)), where each feature of S is a quadratic B-spline along one axis with trained weights and knots."""
+"""Encoder `bspline`: (x, n, S(x)). Each feature of S is a sum of quadratic B-splines along one axis, with trained weights and knots."""
 
 from itertools import accumulate
 
@@ -9,14 +9,15 @@ from torch.nn import functional
 from ...guide_settings import BSpline
 from . import dense_layers
 
-NARROWEST = 1e-3  # of the scene's side: softmax can make widths that one must not divide by
+NARROWEST = 1e-3  # smallest width that divides, as a share of the scene's side: softmax can give widths near 0
 
 
 class BSplineEncoder(nn.Module):
-    """6 + 3 s `features` numbers: x, n, and features of each axis for each of s columns; s is 1 where the network reads the point.
+    """6 + 3 s `features` numbers: x, n, and the features of each axis, for each of s columns of the matrix. s = 1 if the small network
+    reads the point instead of the matrix.
 
-    Every feature is sum_i omega_i B2((u - c_i) / delta_i), u in [0, 1] along its axis, of k splines from the small network's outputs:
-    omega = softplus, delta = softmax (which sum to 1), c_i = delta_1 + ... + delta_(i-1). At u = 0 it is 0, as published.
+    A feature is f(u) = sum_i omega_i B2((u - c_i) / delta_i) over k splines, with u in [0, 1] along its axis. The small network's outputs
+    give omega by softplus and delta by softmax (sum 1); c_i = delta_1 + ... + delta_(i-1). f(0) = 0, as published.
     """
 
     def __init__(self, settings: BSpline) -> None:
@@ -34,7 +35,10 @@ class BSplineEncoder(nn.Module):
 
 
 def spline(u: Tensor, weights: Tensor, widths: Tensor) -> Tensor:
-    """sum_i omega_i B2((u - c_i) / delta_i), c_i the sum of the widths before i; i runs along dimension 2, the others broadcast."""
+    """sum_i omega_i B2((u - c_i) / delta_i), with omega = `weights`, delta = `widths` and c_i = delta_1 + ... + delta_(i-1).
+
+    i runs along dimension 2; the other dimensions broadcast. Divisors are at least NARROWEST.
+    """
     before = widths.unbind(2)[:-1]
     knots = torch.stack([*accumulate(before, initial=torch.zeros_like(widths[:, :, 0]))], dim=2)  # cumsum's gradient is slower
     return (weights * quadratic((u - knots) / widths.clamp(min=NARROWEST))).sum(2)
@@ -46,11 +50,11 @@ def quadratic(t: Tensor) -> Tensor:
 
 
 class _Quadratic(torch.autograd.Function):
-    """B2 with its derivative by hand, which makes the encoder a quarter faster than torch's."""
+    """B2 with a hand-written derivative: the encoder is a quarter faster than with torch's own."""
 
     @staticmethod
     def forward(ctx, t: Tensor) -> Tensor:
-        """By the distance d from the middle: ((3/2 - d)+^2 - 3 (1/2 - d)+^2) / 2. Far away nothing is left that could cancel badly."""
+        """B2(t) = ((3/2 - d)+^2 - 3 (1/2 - d)+^2) / 2, d = |t - 3/2|. For large d both terms are 0, so nothing cancels badly."""
         ctx.save_for_backward(t)
         d = (t - 1.5).abs_()
         outer = (1.5 - d).relu_().square_()

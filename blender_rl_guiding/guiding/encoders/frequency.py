@@ -1,4 +1,4 @@
-"""Encoder `frequency`: (x, gamma(x), n) with gamma(x) = sin, cos(2^l pi x), l = 0 .. L-1."""
+"""Encoder `frequency`: (x, gamma(x), n), gamma(x) = (sin(2^l pi x), cos(2^l pi x)) for l = 0 .. L-1."""
 
 import math
 

@@ -8,7 +8,7 @@ from . import dense_layers
 
 
 class RBFEncoder(nn.Module):
-    """6 + `features` numbers: x, n, and what a small network makes of the bell curves. NN is trained, centres and sigma are not."""
+    """6 + `features` numbers: x, n, NN(phi(x)). The small network NN is trained; centres and sigma are fixed."""
 
     horizontal: Tensor
     vertical: Tensor
@@ -24,7 +24,10 @@ class RBFEncoder(nn.Module):
         return torch.cat([x, n, self.network(self.curves(x))], dim=1)
 
     def curves(self, x: Tensor) -> Tensor:
-        """phi of every centre, (batch, up * across * across), x the fastest. A product of a factor an axis saves most exponentials."""
+        """phi_c(x) for every centre c, (batch, up * across * across); the centre's x varies fastest.
+
+        phi_c is computed as a product of one factor per axis, which saves most exponentials.
+        """
         along_x, along_y, along_z = (
             (-0.5 * ((coordinate - centres) / self.sigma).square()).exp()
             for coordinate, centres in zip(x.split(1, dim=1), (self.horizontal, self.horizontal, self.vertical), strict=True)

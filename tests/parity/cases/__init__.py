@@ -1,6 +1,6 @@
 """The cases of the parity suite: each is a small function that builds a scene to show one feature.
 
-Listing them needs no Blender: a case gets all it needs from its argument, a `Stage`.
+A list of the cases needs no Blender: each case builds its scene through its argument, a `Stage`.
 """
 
 from . import (

@@ -1,4 +1,4 @@
-"""Attributes with one value for a whole object: those of instances, objects and the view layer."""
+"""Attributes with one value for a whole object: attributes of instances, of objects and of the view layer."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Geometry:
         return node
 
     def of(self, thing: bpy.types.Object, as_instance: bool) -> Any:
-        """Another object."""
+        """The geometry of another object, as an instance or not."""
         node = self._link("ObjectInfo")
         node.inputs["Object"].default_value, node.inputs["As Instance"].default_value = thing, as_instance
         return node.outputs["Geometry"]
@@ -62,7 +62,7 @@ class Geometry:
 
 
 def shown(*names: str, kind: str = "INSTANCER", parts: tuple[str, ...] = ("Color",)) -> Any:
-    """Add up outputs of attributes, and a small constant, so that nothing is black."""
+    """The sum of attribute outputs and a small constant. With the constant, nothing is black."""
 
     def paint(nodes: Nodes) -> Any:
         value: Any = (0.05, 0.1, 0.15)
@@ -76,7 +76,7 @@ def shown(*names: str, kind: str = "INSTANCER", parts: tuple[str, ...] = ("Color
 
 
 def shrink(thing: bpy.types.Object) -> None:
-    """Shrink the mesh itself: instances do not take the object's scale, and must not overlap."""
+    """Shrink the mesh, not the object: instances ignore the object's scale, and they must not overlap."""
     for vertex in thing.data.vertices:
         vertex.co *= 0.35
 
@@ -99,7 +99,7 @@ def attributes_of_instances(s: Stage) -> None:
 
 @case(samples=CHART)
 def attributes_of_instances_of_objects_with_instances(s: Stage) -> None:
-    """Objects on points have instances themselves. These take the attributes that they lack from their object."""
+    """Objects on points have instances of their own. If such an instance lacks an attribute, it gets the value of its object."""
     _, ball, box = s.chart(shown("inner", "outer", "lent"))
     ball.location.z = -50.0
     shrink(box)
@@ -115,7 +115,7 @@ def attributes_of_instances_of_objects_with_instances(s: Stage) -> None:
 
 @case(samples=CHART)
 def attributes_of_objects(s: Stage) -> None:
-    """Custom properties of object and data, and properties of Blender by path."""
+    """Custom properties of the object and of its data, and Blender's own properties by path."""
     _, ball, box = s.chart(shown("tint", "data", "location", "pass_index", "missing", kind="OBJECT", parts=("Color", "Fac", "Alpha")))
     ball["tint"], ball.data["data"], ball.pass_index = (0.1, 0.2, 0.3, 0.4), 0.2, 1
     box["tint"], box.data["tint"], box["data"] = 0.3, 5.0, (0.3, 0.1)

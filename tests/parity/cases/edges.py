@@ -15,7 +15,7 @@ UNEVEN, MIRRORED = (1.4, 0.8, 0.5), (-1.2, 0.9, 0.6)
 
 
 def coarse_chart(s: Stage, scale: tuple[float, float, float], paint: Any) -> None:
-    """A flat box, a smooth ball of few large triangles, and a floor. All emit the colour of `paint`."""
+    """A flat box, a smooth ball with few large triangles, and a floor. All emit the colour of `paint`."""
     material, nodes = s.nodes()
     nodes.surface(nodes.add("Emission", {"Color": paint(nodes)}))
     s.floor(material, scale=(scale[0], 1.0, 1.0))
@@ -40,7 +40,7 @@ def parametric_of_mirrored_objects(s: Stage) -> None:
 
 @case(samples=CHART)
 def ray_length(s: Stage) -> None:
-    """Ray length from the near clip on, through a transparent surface, and of a ray that a mirror reflects."""
+    """The length of rays: from the near clip, through a transparent surface, and after a mirror."""
 
     def paint(nodes: Nodes) -> Any:
         return nodes.add("VectorMath", {"Vector": (nodes.add("LightPath"), "Ray Length"), "Scale": 0.1}, operation="SCALE")

@@ -27,7 +27,7 @@ def far(s: Stage, x: float) -> None:
 
 @case()
 def thin_walls(s: Stage) -> None:
-    """A hollow ball of glass, 7 m away, with a wall of 0.05 mm: a bubble. With one surface lost, it would be a lens."""
+    """A hollow glass ball, 7 m away, with a wall of 0.05 mm: a bubble. If rays miss one surface, the ball acts as a lens."""
     s.lights()
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     glass = s.material("BsdfGlass", {"IOR": 1.5})

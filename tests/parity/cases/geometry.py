@@ -1,4 +1,4 @@
-"""Sources of triangles, the side that they face, and the rays that see them."""
+"""Objects that give triangles, the front side of triangles, and the rays that see them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def custom_normals(s: Stage, shader: tuple[str, dict[str, float]]) -> None:
 
 @case()
 def in_edit_mode(s: Stage) -> None:
-    """Modifiers that edit mode shows, one that it hides, and a mesh without faces."""
+    """Modifiers that are on in edit mode, one that is off, and a mesh without faces."""
     lit(s)
     ball, box = s.ball(s.diffuse((0.8, 0.35, 0.12)), segments=8), s.box(s.diffuse((0.15, 0.35, 0.75)))
     ball.modifiers.new("Subdivision", "SUBSURF").show_in_editmode = False
@@ -83,7 +83,7 @@ def instances_on_vertices(s: Stage) -> None:
 
 @case()
 def many_instances(s: Stage) -> None:
-    """Instances with too many triangles for copies: turned with their faces, stretched, mirrored and smooth."""
+    """Instances with too many triangles for copies: turned like the faces that they are on, stretched, mirrored and smooth."""
     lit(s)
     ground = s.ball(
         None, at=(0.0, 0.0, 1.3), segments=16, instance_type="FACES", show_instancer_for_render=False, use_instance_faces_scale=True

@@ -18,7 +18,7 @@ RED, GREEN, BLUE = (0.9, 0.5, 0.4), (0.5, 0.9, 0.5), (0.4, 0.5, 0.9)
 
 
 def lamp(s: Stage, *where: Any, **attributes: Any) -> tuple[bpy.types.Object, Nodes]:
-    """A lamp, and its empty tree."""
+    """A lamp, and its empty node tree."""
     from ..stage import Nodes
 
     thing = s.lamp(*where, **attributes)
@@ -26,7 +26,7 @@ def lamp(s: Stage, *where: Any, **attributes: Any) -> tuple[bpy.types.Object, No
 
 
 def tinted(nodes: Nodes, color: Any, strength: Any = 1.0) -> None:
-    """An Emission shader as the lamp's."""
+    """Link an Emission shader to the lamp's output."""
     nodes.surface(nodes.add("Emission", {"Color": color, "Strength": strength}))
 
 
@@ -37,7 +37,7 @@ def a_temperature(nodes: Nodes) -> Any:
 
 
 def a_mixture(nodes: Nodes) -> Any:
-    """Emission, and what has no effect."""
+    """Emission, and closures that have no effect on a lamp."""
     share = nodes.add("Clamp", {"Value": 0.3})
     warm, cold = (nodes.add("Emission", {"Color": color, "Strength": 2.0}) for color in (RED, BLUE))
     ignored = nodes.add("AddShader", {"Shader": nodes.add("BsdfTransparent"), "Shader_001": nodes.add("BsdfDiffuse")})
@@ -51,7 +51,7 @@ def a_surface(nodes: Nodes) -> Any:
 
 
 def a_background(nodes: Nodes) -> Any:
-    """The same as Emission, on a lamp."""
+    """A Background, which acts like an Emission on a lamp."""
     return nodes.add("Background", {"Color": (0.9, 0.5, 0.7)})
 
 
@@ -80,7 +80,7 @@ def lamp_falloff(s: Stage, given: tuple[str, float, str, float]) -> None:
 
 @case(samples=64, blind=True)
 def area_with_an_image(s: Stage) -> None:
-    """Found by sampling and by chance, and seen."""
+    """Light sampling, scattered rays and camera rays all find the lamp."""
     s.set()
     thing, nodes = lamp(s, "AREA", (0.5, -1.0, 4.0), 300.0, shape="ELLIPSE", size=5.0, size_y=2.5)
     thing.visible_camera, thing.scale = True, (1.2, 0.8, 1.0)
@@ -91,7 +91,7 @@ def area_with_an_image(s: Stage) -> None:
 
 @case(samples=64)
 def spots_with_an_image(s: Stage) -> None:
-    """By UV, on the left; and by the Normal of Texture Coordinate, on the right."""
+    """Coordinates of the image: UV in the left lamp, Normal of Texture Coordinate in the right lamp."""
     s.set()
     nodes = lamp(s, "SPOT", (-2.0, -2.0, 4.0), 1000.0, spot_size=radians(70), shadow_soft_size=0.0)[1]
     tinted(nodes, nodes.add("TexImage", image=s.image()), (nodes.add("LightPath"), "Ray Depth"))
@@ -103,7 +103,7 @@ def spots_with_an_image(s: Stage) -> None:
 
 @each({"sphere": False, "soft": True}, samples=64, blind=True)
 def point_by_direction(s: Stage, soft: bool) -> None:
-    """The inputs of a large lamp's nodes: they know the point that shines."""
+    """Nodes of a large lamp read their inputs at the emitting point."""
     s.set()
     thing, nodes = lamp(s, "POINT", (0.3, -1.5, 2.2), 60.0, shadow_soft_size=0.6, use_soft_falloff=soft)
     thing.visible_camera = True
@@ -116,7 +116,7 @@ def point_by_direction(s: Stage, soft: bool) -> None:
 
 @case(samples=64)
 def lamps_do_not_know_the_kind_of_a_ray(s: Stage) -> None:
-    """No ray sees this lamp, and it lights everything."""
+    """The strength is 1 - (is camera ray) - (is diffuse ray). Yet the lamp is seen and lights everything."""
     s.set()
     thing, nodes = lamp(s, "POINT", (0.3, -1.5, 2.2), 60.0, shadow_soft_size=0.4)
     thing.visible_camera = True

@@ -1,4 +1,4 @@
-"""Lamps: each kind, each of its settings, lighting diffuse surfaces, seen, and mirrored."""
+"""Lamps: each kind, and each of its settings. They light diffuse surfaces, and are seen directly and in mirrors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Light that comes from no lamp: meshes that emit, and the world."""
+"""Light without lamps: meshes that emit, and the world."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def no_world(s: Stage) -> None:
 
 
 def sunny_sky(s: Stage, nodes: Nodes, sun: float, rotation: tuple[float, float, float], **options: str) -> None:
-    """A 32 x 16 panorama of random colours with one texel of a sun, turned."""
+    """A turned panorama of 32 x 16 texels with random colours. One texel is a sun."""
     image = s.image(32, 16, "Linear Rec.709", float_buffer=True)
     texels = np.array(image.pixels, np.float32).reshape(16, 32, 4)
     texels[..., 3] = 1.0
@@ -148,7 +148,7 @@ def world_gradient(s: Stage) -> None:
 
 @case(losses=("Gabor Texture is not supported: a picture of it stands in",))
 def world_of_a_node_that_is_not_supported(s: Stage) -> None:
-    """The nodes behind it are evaluated."""
+    """A picture stands in for the unsupported node. The nodes after it are evaluated as usual."""
     s.set()
     nodes = s.sky((0.0, 0.0, 0.0))
     pattern = nodes.add("TexGabor", {"Scale": 2.0})
@@ -180,7 +180,7 @@ def world_hidden_from(s: Stage, kind: str) -> None:
 
 @each({"diffuse": "diffuse", "transmission": "transmission"})
 def world_hidden_from_translucent_as(s: Stage, kind: str) -> None:
-    """Light through a translucent surface is of both kinds; the world must be visible to both."""
+    """Light through a translucent surface is diffuse and transmitted. Such rays see the world only if it is visible to both kinds."""
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.box(s.material("BsdfTranslucent", {"Color": (0.6, 0.7, 0.8)}))
     s.lamp("AREA", size=1.5, power=100.0)

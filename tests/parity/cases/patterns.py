@@ -1,4 +1,4 @@
-"""Nodes that compute, shown as emission, over coordinates that vary across the set."""
+"""Nodes that compute a value. The image shows the value as emission, for coordinates that vary across the set."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def colors(nodes: Nodes) -> tuple[Any, Any]:
 
 
 def shown(nodes: Nodes, number: Any) -> Any:
-    """A number within about +-3 as a positive brightness."""
+    """A number within about +-3, shown as a positive brightness."""
     return nodes.add("Math", {"Value": number, "Value_001": 0.2, "Value_002": 0.7}, operation="MULTIPLY_ADD")
 
 
@@ -214,7 +214,8 @@ RAYS = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is
 def light_path(s: Stage, output: str) -> None:
     """A ball that emits for some rays and is transparent for the others.
 
-    Only chance finds it. If Cycles samples such light, it loses a part: it evaluates the light for a ray of no kind.
+    Only scattered rays find the ball. Light sampling in Cycles would lose a part of its light, because it evaluates the emission for a ray
+    without a kind.
     """
     material, nodes = s.nodes()
     material.cycles.emission_sampling = "NONE"

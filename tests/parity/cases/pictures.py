@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def write(folder: Path, name: str, width: int, height: int, seed: int) -> None:
-    """A file of random texels; some are clear."""
+    """Write an image file of random texels; some texels are transparent."""
     import bpy
 
     texels = np.random.default_rng(seed).random((height * width, 4), np.float32)
@@ -75,7 +75,7 @@ def sequence(s: Stage, given: tuple[int, dict[str, Any]]) -> None:
 
 @case(samples=CHART)
 def tiles(s: Stage) -> None:
-    """Tiles of different sizes in two rows; coordinates leave them on all sides."""
+    """Tiles of different sizes in two rows. Coordinates reach beyond the tiles on all sides."""
     place = folder()
     for k, (number, width) in enumerate(((1001, 4), (1002, 9), (1011, 2), (1012, 16))):
         write(place, f"a.{number}.png", width, 5, k)

@@ -21,14 +21,14 @@ class Case:
     build: Callable[[Stage], None]
     losses: tuple[str, ...] = ()  # all details in the coverage report
     samples: int = 24  # per pixel of each of Cycles' renders
-    blind: bool = False  # whether it is also rendered without next-event estimation
+    blind: bool = False  # whether the test also renders it without next-event estimation
 
 
 CASES: dict[str, Case] = {}
 
 
 def case(**options: Any) -> Callable[[Callable[[Stage], None]], Callable[[Stage], None]]:
-    """The function becomes a case of its name. Options are fields of `Case`."""
+    """The function becomes a case with the name of the function. Options are fields of `Case`."""
 
     def register(build: Callable[[Stage], None]) -> Callable[[Stage], None]:
         _add(Case(build.__name__, build, **options))

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     samples=CHART,
 )
 def limited_texture(s: Stage, options: dict[str, Any]) -> None:
-    """Simplify limits an image to 128 pixels a side. Its size is not a multiple of the texels that become one."""
+    """Simplify limits an image to 128 pixels per side. The image's size is not a multiple of the reduction factor."""
     s.scene.render.use_simplify, s.scene.cycles.texture_limit_render = True, "128"
     picture = s.image(**({"width": 260, "height": 259} | options))
     texels = np.empty((picture.size[1], picture.size[0], 4), np.float32)
     picture.pixels.foreach_get(texels.ravel())
-    texels[1::2, :, :3] *= 0.2  # shows wrong squares, and a missing limit
+    texels[1::2, :, :3] *= 0.2  # makes wrong blocks of texels visible, and also a missing limit
     texels[:, : picture.size[0] // 2, :3] **= 2
     picture.pixels.foreach_set(texels.ravel())
     picture.pack()
@@ -50,7 +50,7 @@ CULLED = {
 
 @each(CULLED)
 def culling(s: Stage, variant: tuple[str, dict[str, Any]]) -> None:
-    """Boxes around and behind the camera: the image shows their shadows. The nearest has no culling set."""
+    """Boxes around and behind the camera; the image shows their shadows. The nearest box has culling off."""
     kind, settings = variant
     s.camera.data.type, s.camera.data.ortho_scale = kind, 5.0
     s.scene.render.use_simplify = True

@@ -1,4 +1,4 @@
-"""Sky textures as the world: a picture of the sky, and a sun's disc that is sampled."""
+"""Sky textures as the world: a picture of the sky, and a sun's disc that light sampling knows."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def sky_without_a_sun(s: Stage) -> None:
 
 @case(samples=64)
 def sky_turned_and_mixed(s: Stage) -> None:
-    """The camera sees another sky than light does, with other coordinates and a second sun."""
+    """Camera rays see one sky, other rays see another sky, with other coordinates and a second sun."""
     s.set()
     nodes = s.sky((0.0, 0.0, 0.0))
     coordinates = nodes.add("TexCoord")

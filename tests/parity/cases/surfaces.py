@@ -54,8 +54,8 @@ def glass(s: Stage, variant: tuple[float, float, str]) -> None:
 def glass_lit_by_chance(s: Stage, variant: tuple[float, float]) -> None:
     """Glass in light that Cycles does not sample.
 
-    Towards sampled light, Cycles' rough glass also transmits by microfacets seen from behind, but it never samples these. So with
-    next-event estimation very rough glass is 1 % brighter in Cycles than without.
+    When Cycles evaluates rough glass for sampled light, microfacets that face away transmit, too. When Cycles samples rough glass, they do
+    not. So in Cycles very rough glass is 1 % brighter with next-event estimation than without.
     """
     roughness, ior = variant
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
@@ -170,7 +170,7 @@ def color_above_1(s: Stage) -> None:
 
 
 def show(s: Stage, material: Any) -> None:
-    """As `Stage.subject`, with a given material."""
+    """Like `Stage.subject`, but with a given material."""
     s.lights()
     s.floor(s.diffuse((0.6, 0.6, 0.6)))
     s.ball(material)

@@ -11,7 +11,7 @@ from .registry import CHART, case, each
 if TYPE_CHECKING:
     from ..stage import Nodes, Stage
 
-BEYOND = (2.7, 2.2, 1.0)  # a scale that takes coordinates beyond the image
+BEYOND = (2.7, 2.2, 1.0)  # a scale that moves coordinates beyond the image
 
 
 def scaled_uv(nodes: Nodes, location: tuple[float, float, float] = (-0.7, -0.4, 0.0)) -> Any:
@@ -51,7 +51,7 @@ def image_as(s: Stage, options: dict[str, Any]) -> None:
 
 @each({mode.lower(): mode for mode in ("NONE", "STRAIGHT", "PREMUL", "CHANNEL_PACKED")}, samples=CHART)
 def image_alpha_mode(s: Stage, mode: str) -> None:
-    """The colour, with the alpha socket in use and without."""
+    """The colour, with and without a link at the Alpha socket."""
     picture = s.image(alpha=True)
     picture.alpha_mode = mode
 
@@ -158,7 +158,7 @@ def geometry_tangent(s: Stage) -> None:
 @each({"radial_z": {"axis": "Z"}, "radial_x": {"axis": "X"}, "uv": {"direction_type": "UV_MAP"}}, samples=CHART)
 def tangent_node(s: Stage, attributes: dict[str, str]) -> None:
     floor, *_ = s.chart(lambda nodes: positive(nodes, nodes.add("Tangent", **attributes)))
-    s.data.objects.remove(floor)  # a floor has no thickness, and so no radius around x
+    s.data.objects.remove(floor)  # a floor has no thickness, so its radius around the x axis is 0
 
 
 @case()
@@ -282,7 +282,7 @@ def waves(s: Stage, nodes: Nodes, **attributes: str) -> Any:
 
 
 def positive(nodes: Nodes, vector: Any) -> Any:
-    """A vector with parts within +-4 as a colour that is not negative."""
+    """A vector with components within +-4, as a colour that is not negative."""
     return nodes.add(
         "VectorMath", {"Vector": vector, "Vector_001": (0.15, 0.15, 0.15), "Vector_002": (0.6, 0.6, 0.6)}, operation="MULTIPLY_ADD"
     )
