@@ -3,7 +3,8 @@
 import sys
 
 if __name__.startswith("bl_ext.") and f"{__name__}.engine" not in sys.modules:
-    # An update in a running Blender loads the add-on anew, but not its package blender_rl_guiding: new modules would meet old ones.
+    # After an update in a running Blender, Blender reloads the add-on, but not its package blender_rl_guiding. So remove the old modules
+    # here.
     for _name in [name for name in sys.modules if name.partition(".")[0] == "blender_rl_guiding"]:
         del sys.modules[_name]
 
@@ -22,7 +23,7 @@ from . import (  # after the package's old modules are gone
 )
 from .registering import registering
 
-# A module may name what modules before it have registered.
+# The order counts: a module may use classes that an earlier module has registered.
 register, unregister = registering(
     (preferences, properties, repair, engine, presets, panels, cycles_panels, coverage, comparison, commands, blender_panels)
 )

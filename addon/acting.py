@@ -1,4 +1,4 @@
-"""Operators that do one thing at once, or report in one line why they cannot."""
+"""Operators that act immediately, or report in one line why they cannot."""
 
 import bpy
 
@@ -6,10 +6,10 @@ from blender_rl_guiding.errors import InputError
 
 
 class Acting(bpy.types.Operator):
-    """Runs `act` and shows its InputError; itself never registered."""
+    """Runs `act` and shows its InputError. Only subclasses are registered."""
 
     def act(self, context: bpy.types.Context) -> None:
-        """Do it. InputError where it is impossible."""
+        """Run the operator's action. InputError if it is impossible."""
         raise NotImplementedError
 
     def execute(self, context: bpy.types.Context) -> set[str]:

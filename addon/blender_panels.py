@@ -1,4 +1,4 @@
-"""Shows Blender's own panels under this engine, without those of settings that it ignores."""
+"""Shows Blender's own panels under this engine, except panels of settings that the engine ignores."""
 
 from collections.abc import Iterator
 
@@ -6,11 +6,11 @@ import bpy
 
 from .panel import ENGINE
 
-_STANDARD = "BLENDER_RENDER"  # panels for every engine name this one
+_STANDARD = "BLENDER_RENDER"  # Blender's panels for all engines list this name
 _LEFT_OUT = {
     # There are no previews.
     "DATA_PT_preview",
-    # Others stand in: EEVEE's panel of lights, which has the same properties, and cycles_panels.py.
+    # Replaced by other panels: EEVEE's panel of lights, which has the same properties, and cycles_panels.py.
     "DATA_PT_light",
     "NODE_DATA_PT_light",
     "RENDER_PT_simplify",

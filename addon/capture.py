@@ -1,4 +1,4 @@
-"""Exports a scene of the open file by a render of it, see `exporter`."""
+"""Exports a scene of the open file: it starts a render of the scene, see `exporter`."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -42,7 +42,7 @@ def captured(scene: bpy.types.Scene) -> SceneData:
 
 
 def _renamed(data: SceneData, copy: str, name: str) -> SceneData:
-    """The scene under its own name instead of its copy's."""
+    """The scene with its own name instead of the name of its copy."""
     losses = (Loss(*(text.replace(copy, name) for text in (loss.object, loss.where, loss.detail))) for loss in data.coverage)
     return replace(data, name=fit(data.name.replace(copy, name)), coverage=tuple(losses))
 
@@ -55,7 +55,7 @@ def exported(scene: bpy.types.Scene, view: View) -> SceneData:
 
 
 def write(scene: SceneData, bundle: Path, blend: Path, *, strict: bool) -> None:
-    """Save the bundle of a file. InputError where something is lost and `strict` forbids it."""
+    """Save the bundle of a file. With `strict`, InputError if there is any loss."""
     if strict and scene.coverage:
         raise InputError(f"{blend.name}: {summary(scene.coverage)}")
     save(scene, bundle)
@@ -65,7 +65,7 @@ def write(scene: SceneData, bundle: Path, blend: Path, *, strict: bool) -> None:
 def exporting(scene: bpy.types.Scene) -> Iterator[Callable[[], SceneData]]:
     """Yields a function that exports the scene at the frame of each call, by the first view layer that renders.
 
-    The scene's settings become neutral. InputError where no view layer renders.
+    The scene's settings become neutral. InputError if no view layer renders.
     """
     outcome: list[SceneData] = []
 
@@ -80,7 +80,7 @@ def exporting(scene: bpy.types.Scene) -> Iterator[Callable[[], SceneData]]:
 
     def export() -> SceneData:
         outcome.clear()
-        neutral(scene)  # at each call: an animation may have set them again
+        neutral(scene)  # at each call, because an animation may have changed these settings again
         scene.render.engine = Capture.bl_idname
         with _unheard():
             render(scene, layer)
@@ -91,17 +91,17 @@ def exporting(scene: bpy.types.Scene) -> Iterator[Callable[[], SceneData]]:
     layer = first_layer(scene)
     if not layer:
         raise InputError(f"scene '{scene.name}' has no view layer that renders (Properties > View Layer > Use for Rendering)")
-    own = tuple(of_scene(scene, scene.view_layers[layer]))  # `neutral` hides these losses
+    own = tuple(of_scene(scene, scene.view_layers[layer]))  # before `neutral`, which would hide these losses
     bpy.utils.register_class(Capture)
     try:
         yield export
     finally:
-        bpy.utils.unregister_class(Capture)  # at once: it does not belong in the user's menu, and Blender 4.5 would hang at exit
+        bpy.utils.unregister_class(Capture)  # immediately: users should not see it in the menu, and Blender 4.5 would hang at exit
 
 
 @contextmanager
 def _unheard() -> Iterator[None]:
-    """Blender calls no render handler of any add-on in this block: the user asked for no render."""
+    """In this block Blender calls no render handler of any add-on, because the user did not start a render."""
     lists = [getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers) if name.startswith("render_")]
     kept = [[*handlers] for handlers in lists]
     for handlers in lists:
@@ -114,7 +114,7 @@ def _unheard() -> Iterator[None]:
 
 
 def render(scene: bpy.types.Scene, view_layer: str) -> None:
-    """Render a still by the scene's engine, here and now. InputError with the reason of the engine or of Blender."""
+    """Render a still image with the scene's engine, in this thread. InputError with the reason from the engine or from Blender."""
     try:
         bpy.ops.render.render(scene=scene.name, layer=view_layer)
     except RuntimeError as error:

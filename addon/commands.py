@@ -43,16 +43,16 @@ from .properties import read
 from .views import opened
 
 NAME = "rl_guided"
-_COMMANDS: list[Any] = []  # Blender's handles of the command, to unregister it
+_COMMANDS: list[Any] = []  # Blender's handles of the command, needed to unregister it
 
 
 def main(arguments: list[str]) -> int:
-    """Do a command; returns the exit status. Bad input is one line on stderr and status 2."""
+    """Run a command; returns the exit status. Bad input gives one line on stderr and status 2."""
     try:
         options = _parser().parse_args(arguments)
         options.text = shlex.join(["blender", "--command", NAME, *arguments])
         options.command(options)
-    except SystemExit as end:  # argparse has said why
+    except SystemExit as end:  # argparse has printed the reason
         return int(end.code or 0)
     except InputError as error:
         say(f"{NAME}: {error}", sys.stderr)
@@ -83,7 +83,7 @@ def _compare(options: argparse.Namespace) -> None:
     scene = opened(options.scene, view)
     compared = comparison_of_methods(options) if options.methods else _of_the_file(options, scene)
     if view.camera == AUTO and compared.reference == "CYCLES":
-        raise InputError("Cycles does not know the camera of --camera auto: the file's list has it make the reference")
+        raise InputError("--camera auto is not possible with a reference by Cycles, which the file's comparison uses")
     job = partial(messages.Compare, comparison=to_dict(compared), command=options.text, jobs=options.jobs, **_common(options))
     outcome = _work(exported(scene, view), job, reference_of(scene, compared))
     print(_table(outcome["methods"]))
@@ -93,16 +93,16 @@ def _compare(options: argparse.Namespace) -> None:
 
 
 def _of_the_file(options: argparse.Namespace, scene: bpy.types.Scene) -> Comparison:
-    """The comparison that is saved in the file, but for the flags. InputError on flags of methods, and on a reference."""
+    """The comparison in the file, changed by the flags. InputError on flags of methods, and on --reference."""
     if changed := given(options, Render):
-        raise InputError(f"--{min(changed)} needs --methods: the file's own list has settings of its own")
+        raise InputError(f"--{min(changed)} needs --methods: the methods of the file's list have their own settings")
     if "reference_file" in options:
-        raise InputError("--reference needs --methods: the file says itself what its own list is compared with")
+        raise InputError("--reference needs --methods: the file's list has its own reference")
     return comparison(options, asked(scene))
 
 
 def _work(data: SceneData, job: JobOn, cycles: Cycles | None = None) -> dict[str, Any]:
-    """Have the worker do a job; returns the fields of its `done`. Each step that it begins, and each note, is a line on stderr."""
+    """Send a job to the worker; returns the fields of its event `done`. Each step and each note is a line on stderr."""
     outcome: dict[str, Any] = {}
     told = ""
 
@@ -130,7 +130,7 @@ def _cells(row: dict[str, Any]) -> list[Cell]:
 
 
 def _common(options: argparse.Namespace) -> dict[str, Any]:
-    """The fields of all jobs of commands."""
+    """The fields that all jobs of these commands share."""
     return {"out": str(options.out.absolute()), "machine": to_dict(machine_of(options))}
 
 
@@ -143,12 +143,12 @@ def _parser() -> Parser:
         sub.set_defaults(command=function)
         return sub
 
-    export = command("export", _export, "Turn a .blend into a scene bundle, and list what could not be taken over.")
+    export = command("export", _export, "Export a .blend as a scene bundle, and list everything that is left out or replaced.")
     add_export(export)
-    about = "Render a .blend, with the settings saved in it unless others are given: writes image.exr, image.png and result.json."
+    about = "Render a .blend with its saved settings, changed by the flags: writes image.exr, image.png and result.json."
     render = command("render", _render, about)
     add_render(render)
-    about = "Compare the methods of the list saved in a .blend, or those named: writes report.html, tables and figures."
+    about = "Compare the methods of a .blend's list, or of --methods: writes report.html, tables and figures."
     compare = command("compare", _compare, about)
     compare.add_argument("scene", type=Path, metavar="SCENE.blend")
     add_comparison(compare, seeds=1, files=True)

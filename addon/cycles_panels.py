@@ -1,4 +1,4 @@
-"""Panels of settings that this renderer takes over from Cycles, whose own panels show under Cycles alone."""
+"""Panels for Cycles' settings that this renderer uses, too. Cycles' own panels are visible only under Cycles."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Shown:
     name: str
     title: str
     tab: str  # of the Properties editor
-    owners: dict[str, dict[str, str]]  # by the path of an owner in the context, "scene.cycles": its properties and their labels
+    owners: dict[str, dict[str, str]]  # path of an owner in the context, such as "scene.cycles" -> its properties and their labels
     parent: str = ""
     switch: tuple[str, str] | None = None  # the path of an owner, and its property in the header
     poll: Test = lambda context: True
@@ -99,7 +99,7 @@ _SHOWN = (
 
 
 def _at(root: Any, path: str) -> Any:
-    """The value at a path by dots; None where Blender runs without Cycles."""
+    """The value at a path by dots; None if Blender runs without Cycles."""
     for name in path.split("."):
         root = getattr(root, name, None)
     return root
@@ -135,7 +135,7 @@ class ShownPanel(EnginePanel):
 
 
 class SurfacePanel(EnginePanel):
-    """The nodes of the output that Cycles takes, and so this renderer."""
+    """The nodes of the material output that Cycles and this renderer use."""
 
     bl_label = "Surface"
     owner: str  # in the context
@@ -167,5 +167,5 @@ def _make_panels() -> list[type]:
 
 _PANELS = _make_panels()
 
-# After those of `panels.py`, below which some of them hang.
+# Registered after the panels of `panels.py`, because some are their sub-panels.
 register, unregister = bpy.utils.register_classes_factory(_PANELS)

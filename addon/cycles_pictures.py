@@ -1,4 +1,4 @@
-"""Renders by Cycles all that a node of a world shows around a camera: a sky, or any output. Runs in a Blender of its own.
+"""Renders with Cycles the output of a world's node in all directions: a sky, or any other node. Runs in a separate Blender.
 
 blender -b --factory-startup --python cycles_pictures.py -- JOB.json OUT.npz
 
@@ -16,17 +16,17 @@ from typing import Any
 import bpy
 import numpy as np
 
-sys.path.append(str(Path(__file__).parent))  # there is no add-on in that Blender
+sys.path.append(str(Path(__file__).parent))  # the add-on is not installed in that Blender
 
 from lifeline import hold
 from neutral import neutral, panorama_of
 
-WIDTH, HEIGHT = 512, 256  # of a sky: the size of Cycles' own tables of the scattering models
-ACROSS = 1024  # pixels around the horizon, of any other picture
+WIDTH, HEIGHT = 512, 256  # of a sky's picture, as Cycles' own tables of the scattering models
+ACROSS = 1024  # pixels around the horizon, in a picture of any other node
 STEPS = 256  # across the sun's disc
 WITHOUT_DISC = ("PREETHAM", "HOSEK_WILKIE")
-LIMB = 0.6  # the disc is darker by this share at its edge
-BESIDE = 1e-5  # radians on both sides of a line: no picture is without width
+LIMB = 0.6  # relative darkening at the edge of the disc
+BESIDE = 1e-5  # radians on both sides of a line, because a picture needs a width
 AROUND, POLES = (-math.pi, math.pi), (-math.pi / 2, math.pi / 2)
 
 
@@ -49,7 +49,7 @@ def panorama() -> bpy.types.Scene:
     if bpy.app.version < (5, 0):
         scene.world.use_nodes = True
     scene.world.node_tree.nodes.clear()
-    scene.world.cycles.sampling_method = "NONE"  # or Cycles would first search the world for light
+    scene.world.cycles.sampling_method = "NONE"  # otherwise Cycles would first build a map for light sampling
     return scene
 
 
@@ -95,7 +95,7 @@ def add_sky(tree: bpy.types.NodeTree, values: dict[str, Any]) -> bpy.types.Node:
 
 
 def gather_rows(tree: bpy.types.NodeTree, sky: bpy.types.Node) -> None:
-    """Show elevation e = (pi / 2) s |s| at elevation (pi / 2) s, so that rows gather at the horizon."""
+    """Show elevation e = (pi / 2) s |s| at elevation (pi / 2) s, so that rows are denser near the horizon."""
 
     def math_node(operation: str, *inputs: Any) -> bpy.types.NodeSocket:
         node = tree.nodes.new("ShaderNodeMath")
@@ -120,14 +120,14 @@ def gather_rows(tree: bpy.types.NodeTree, sky: bpy.types.Node) -> None:
 
 
 def whole_sky(values: dict[str, Any]) -> np.ndarray:
-    """(HEIGHT, WIDTH, 3) float32, the lowest row first: columns as an environment texture's, rows gathered at the horizon."""
+    """(HEIGHT, WIDTH, 3) float32, the lowest row first: columns as in an environment texture, rows denser near the horizon."""
     scene = panorama()
     gather_rows(scene.world.node_tree, add_sky(scene.world.node_tree, values | {"sun_disc": False}))
     return look_around(scene, WIDTH, HEIGHT)
 
 
 def disc_line(values: dict[str, Any], sky: np.ndarray) -> np.ndarray:
-    """(STEPS, 3): the disc as it were without darker edges, from its lowest elevation to its highest, both included.
+    """(STEPS, 3): colours of the disc without its darker edge, from the lowest elevation to the highest, both included.
 
     Up to Blender 4.5 the disc hides the sky; since 5.0 it is added to it.
     """
@@ -155,7 +155,7 @@ def row_at(sky: np.ndarray, elevations: np.ndarray) -> np.ndarray:
 
 
 def node(job: dict[str, Any]) -> dict[str, np.ndarray]:
-    """The output of a node of a world, as a camera sees it all around."""
+    """The output of a world's node in all directions."""
     scene = panorama()
     with bpy.data.libraries.load(job["blend"]) as (_, wanted):
         wanted.worlds = [job["world"]]
@@ -176,7 +176,7 @@ def node(job: dict[str, Any]) -> dict[str, np.ndarray]:
 
 
 def brought_out(tree: bpy.types.NodeTree, groups: list[str], job: dict[str, Any]) -> bpy.types.NodeSocket:
-    """The job's output, led out of its groups."""
+    """The job's output, linked through all groups around it to the top level."""
     if not groups:
         return next(socket for socket in tree.nodes[job["node"]].outputs if socket.identifier == job["output"])
     group = tree.nodes[groups[0]]
@@ -192,10 +192,10 @@ def main(arguments: list[str]) -> int:
     """Make the pictures of a job; gives the exit status, with the reason on stderr."""
     hold()
     job, out = json.loads(Path(arguments[0]).read_text(encoding="utf-8")), Path(arguments[1])
-    tempfile.tempdir = str(out.parent)  # its owner removes it, even where this process is killed
+    tempfile.tempdir = str(out.parent)  # the parent process removes this folder, even if this process is killed
     try:
         pictures = sky(job["sky"]) if "sky" in job else node(job)
-    except (RuntimeError, TypeError, AttributeError) as error:  # Blender's refusals: to render, and of a value or a property
+    except (RuntimeError, TypeError, AttributeError) as error:  # Blender cannot render, or refuses a value or a property
         print(" ".join(str(error).split()), file=sys.stderr)
         return 1
     arrays: dict[str, Any] = {name: picture.astype(np.float32) for name, picture in pictures.items()}

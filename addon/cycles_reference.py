@@ -1,4 +1,4 @@
-"""Renders a reference by Cycles, without the shortcuts that change its mean. Runs in a Blender of its own.
+"""Renders a reference with Cycles, with all settings off that change the mean. Runs in a separate Blender.
 
 blender -b --factory-startup --python cycles_reference.py -- SCENE.blend SCENE SAMPLES OUT.exr
 
@@ -10,15 +10,15 @@ from pathlib import Path
 
 import bpy
 
-sys.path.append(str(Path(__file__).parent))  # there is no add-on in that Blender
+sys.path.append(str(Path(__file__).parent))  # the add-on is not installed in that Blender
 
 from lifeline import hold
 from neutral import CYCLES, apply, first_layer, neutral
 
 
 def prepare(scene: bpy.types.Scene, spp: int) -> None:
-    """Set a scene to converge under Cycles to its unbiased image: this frame, this size, cropped to the render region."""
-    scene.animation_data_clear()  # or it would set `samples` and others again; the scene is at its frame already
+    """Set up a scene such that Cycles converges to the unbiased image of this frame and size, cropped to the render region."""
+    scene.animation_data_clear()  # otherwise animation would overwrite `samples` and others; the scene is already at its frame
     neutral(scene)
     apply(CYCLES, scene.cycles)
     scene.cycles.samples = spp
@@ -28,7 +28,7 @@ def prepare(scene: bpy.types.Scene, spp: int) -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Render; gives the exit status, with the reason on stderr."""
+    """Render; returns the exit status. On failure the reason is on stderr."""
     blend, name, spp, out = arguments
     hold()
     try:

@@ -29,9 +29,9 @@ from .panel import ENGINE
 from .properties import read
 
 VIEWPORT = ("RL Guided renders with F12 (Render > Render Image).", "Material Preview shows the scene here, by EEVEE.")
-LOOK = 0.05  # seconds between two looks at whether the user wants to stop
-_KINDS = {"RGB": "COLOR", "XYZ": "VECTOR", "Z": "VALUE", "X": "VALUE"}  # Blender's, by channels
-# What a render hands over beside the image: the channels of each pass, and their kind.
+LOOK = 0.05  # seconds between two checks for Esc
+_KINDS = {"RGB": "COLOR", "XYZ": "VECTOR", "Z": "VALUE", "X": "VALUE"}  # Blender's names of the kinds, by channels
+# The passes beside the image: the channels of each pass, and their kind.
 PASSES = {name: (channels, _KINDS[channels]) for name, channels in LAYERS.items()}
 NOISY = ("RGBA", "COLOR")  # the pass "Noisy Image", where the image is denoised
 
@@ -41,11 +41,11 @@ class RLGuided(Exporter):
 
     bl_idname = ENGINE
     bl_label = "RL Guided"
-    bl_use_eevee_viewport = True  # in Material Preview; Blender renders previews of materials by EEVEE anyway
+    bl_use_eevee_viewport = True  # for Material Preview; Blender always renders previews of materials with EEVEE
     bl_use_shading_nodes_custom = False  # materials have Cycles' nodes
 
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
-        """Tell the compositor which passes there are."""
+        """Register the passes for the compositor."""
         for name, (channels, kind) in _passes(read(scene.rl_guiding, Render)).items():
             self.register_pass(scene, view_layer, name, len(channels), channels, kind)
 
@@ -68,8 +68,8 @@ class RLGuided(Exporter):
         """Do nothing: there is no image in the viewport."""
 
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Write in the image's place that there is none."""
-        import blf  # importable only after bpy, where bpy is a module
+        """Draw a text instead of the image."""
+        import blf  # in the bpy module, blf can be imported only after bpy
 
         scale = context.preferences.system.ui_scale
         blf.size(0, 14 * scale)
@@ -79,7 +79,7 @@ class RLGuided(Exporter):
             blf.draw(0, text)
 
     def _follow(self, worker: worker_client.Worker, frames: Path, width: int, height: int, layer: str) -> None:
-        """Show the renderer's events until it is done or the user stops it; the last note stays beside the progress."""
+        """Show the renderer's events until the render is done or the user stops it. The last note stays beside the progress."""
         note = ""
         while not self.test_break():
             event = worker.event(LOOK)
@@ -107,7 +107,7 @@ class RLGuided(Exporter):
 
 
 def _told(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop) -> SceneData:
-    """Export the scene, and tell the coverage list its losses."""
+    """Export the scene, and send its losses to the coverage list."""
     try:
         scene = export(depsgraph, frame_set, stop)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""The base of the add-on's engines: Blender gives the depsgraph in render mode to engines alone."""
+"""The base of the add-on's engines: only engines get a depsgraph in render mode."""
 
 import bpy
 
@@ -12,24 +12,24 @@ from .export.text import read_names
 
 
 class Exporter(bpy.types.RenderEngine):
-    """Exports the scene and hands it to `deliver`; itself never registered."""
+    """Exports the scene and passes it to `deliver`. Only subclasses are registered."""
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         try:
             with read_names():
                 self.work(depsgraph)
         except (InputError, OSError) as error:  # OSError: the temporary folder
-            self.report({"ERROR"}, str(error))  # unlike error_set, `report` fails the operator, too
+            self.report({"ERROR"}, str(error))  # unlike error_set, `report` also makes the operator fail
         except Stopped:
             pass
-        except Exception as error:  # Blender would print it and show a black picture
+        except Exception as error:  # otherwise Blender would only print the error and show a black picture
             self.report({"ERROR"}, f"{self.bl_label} failed: {type(error).__name__}: {one_line(error)}")
             raise
 
     def work(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Render. Blender shows the line of an InputError."""
+        """Called by Blender to render. An InputError becomes a line in Blender."""
         self.deliver(export(depsgraph, self.frame_set))
 
     def deliver(self, scene: SceneData) -> None:
-        """Take the exported scene. InputError as in `work`."""
+        """Handle the exported scene. InputError as in `work`."""
         raise NotImplementedError

@@ -3,9 +3,9 @@
     python addon/headless.py SCENE.blend OUT.npz [--strict] [--view JSON] [--frames]
     blender -b --factory-startup --python addon/headless.py -- SCENE.blend OUT.npz [...]
 
-Prints one line of JSON, {"ok": path, "coverage": [...]} or {"error": "one line"}, and ends with status 0 or 1. With --frames the
-first line is {"ok": path, "source": key}; then each line of stdin is the number of a frame, and each frame is answered by a line.
-Scripts inside the .blend do not run. The file and the user's preferences stay as they are.
+Prints one line of JSON, {"ok": path, "coverage": [...]} or {"error": "one line"}, and ends with status 0 or 1. With --frames the first line
+is {"ok": path, "source": key}. Then each line of stdin is the number of a frame; the answer to each frame is one line. Scripts inside the
+.blend do not run. The file and the user's preferences stay as they are.
 """
 
 import argparse
@@ -37,7 +37,7 @@ def _export(options: argparse.Namespace) -> dict[str, Any]:
 
 @read_names()
 def _export_frames(options: argparse.Namespace, wanted: "queue.Queue[bytes]") -> NoReturn:
-    """Write a bundle for each frame that is wanted. With --camera auto all have the camera of the view's own frame."""
+    """Write a bundle for each requested frame. With --camera auto all frames use the camera of the view's own frame."""
     scene = opened(options.blend, options.view)
     _tell({"ok": str(options.bundle), "source": source_key(options.blend, options.view)})
     with exporting(scene) as export:
@@ -63,10 +63,10 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="headless.py", description="Export a .blend as a scene bundle.")
     parser.add_argument("blend", type=Path)
     parser.add_argument("bundle", type=Path)
-    parser.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
+    parser.add_argument("--strict", action="store_true", help="refuse a scene if anything is left out or replaced")
     parser.add_argument("--view", type=View.from_json, default=View(), help="scene, frame, camera and size, as JSON")
     parser.add_argument("--frames", action="store_true", help="export the frames whose numbers come on stdin, until stdin ends")
-    parser.add_argument("--held", action="store_true", help="end when stdin does")
+    parser.add_argument("--held", action="store_true", help="end when stdin ends")
     options = parser.parse_args(arguments)
     wanted: queue.Queue[bytes] = queue.Queue()
     if options.held or options.frames:

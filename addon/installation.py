@@ -1,6 +1,6 @@
-"""The renderer's Python environment, seen from Blender: which Python it is, and which libraries it lacks.
+"""The renderer's Python environment, seen from Blender: the path of its Python, and its missing libraries.
 
-Nothing is installed from here. Each missing part is named, with the command that mends it.
+This module installs nothing. It names each missing part and the command that installs it.
 """
 
 import re
@@ -23,7 +23,7 @@ PATIENCE = 120.0  # seconds; a cold disk may need one minute for torch
 
 
 def python() -> Path:
-    """The Python that the user chose, or else the one that was set up last. InputError, with a way out, where there is none."""
+    """The Python that the user chose, otherwise the one that was set up last. Without either, InputError with a solution."""
     if chosen := _preference():
         if not chosen.is_file():
             raise InputError(f"the renderer's Python is not at {chosen}: {CHOOSE}")
@@ -37,19 +37,19 @@ def python() -> Path:
 
 
 def _preference() -> Path | None:
-    """The user's choice, if any. Run from the source tree, the add-on has no preferences."""
+    """The user's choice, if any. The add-on has no preferences when it runs from the source tree."""
     entry = bpy.context.preferences.addons.get(__package__)
     chosen = entry.preferences.python if entry and entry.preferences else ""
     return Path(bpy.path.abspath(chosen)).expanduser() if chosen else None
 
 
 def check() -> list[Part]:
-    """The parts of the environment, faulty ones with a `problem`. Takes about three seconds; `Check` does not wait."""
+    """The parts of the environment; a faulty part has a `problem`. Blocks for about three seconds; `Check` does not block."""
     return Check().parts()
 
 
 class Check:
-    """A check under way in a process of its own."""
+    """A running check, in a separate process."""
 
     def __init__(self) -> None:
         self._parts: list[Part] = []
@@ -75,7 +75,7 @@ class Check:
         return self._child is None or self._child.ended(0.0) or time.monotonic() > self._end
 
     def parts(self) -> list[Part]:
-        """The parts; waits for them, at most until `PATIENCE` seconds after the start."""
+        """Waits for the parts, at most until `PATIENCE` seconds after the start, and returns them."""
         if self._child:
             if not self._child.ended(max(0.0, self._end - time.monotonic())):
                 self._child.process.kill()
@@ -92,10 +92,10 @@ class Check:
 
 
 def _read(said: str, complained: str, status: int, python: Path) -> list[Part]:
-    """The parts that the child has named, or one part that says how it failed."""
+    """The parts that the child has listed. If the child failed, one part with the reason."""
     for line in said.splitlines():
         if line.startswith("[{"):
-            # An environment of another version may know other fields: `loose` lets it say which version it is.
+            # An environment of another version may send other fields. With `loose` we can still read its version.
             with suppress(MalformedError):
                 return list(read(tuple[Part, ...], parse(line), "the environment", loose=True))
     last = (complained or "it said nothing").splitlines()[-1]

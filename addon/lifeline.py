@@ -1,6 +1,7 @@
-"""Ends a Blender with its parent: its stdin is a pipe that only the parent can write to.
+"""Ends a child Blender when its parent ends: the child's stdin is a pipe, and only the parent holds the other end.
 
-The system closes the pipe however the parent ends. This file imports nothing of the add-on: scripts use it in a Blender without it.
+If the parent ends in any way, the system closes the pipe. This file imports nothing from the add-on, because scripts use it in a Blender
+without the add-on.
 """
 
 import os
@@ -10,7 +11,7 @@ from collections.abc import Callable
 
 
 def hold(heard: Callable[[bytes], object] | None = None) -> None:
-    """End this process when its stdin ends, whatever it is doing. `heard` gets each line of stdin, in another thread."""
+    """End this process at once when its stdin ends. `heard` gets each line of stdin, in another thread."""
 
     def listen() -> None:
         try:
@@ -19,7 +20,7 @@ def hold(heard: Callable[[bytes], object] | None = None) -> None:
                     if heard:
                         heard(line)
             print("its stdin ended: who started it is gone", file=sys.stderr, flush=True)
-        finally:  # even without a stdin, or without a stderr by now
-            os._exit(1)  # nobody waits for its work
+        finally:  # also if stdin or stderr is already closed
+            os._exit(1)  # no process needs the result any more
 
     threading.Thread(target=listen, daemon=True).start()

@@ -8,7 +8,7 @@ _MOST = 6  # numbers in a row that fit into a panel of the usual width
 
 
 def draw_network(layout: bpy.types.UILayout, settings: DQN, context: bpy.types.Context) -> None:
-    """What each network reads and what its layers yield, last the patches; below, how many parameters there are, and the table's size."""
+    """The widths of each network's input, layers and output (the patches). Below them, the number of parameters and the table's size."""
     own = settings.encoder.layers_of_its_own()
     encoder = [f"encoder {' → '.join(map(str, own))}"] if own else []
     box = layout.box().column(align=True)
@@ -19,7 +19,7 @@ def draw_network(layout: bpy.types.UILayout, settings: DQN, context: bpy.types.C
 
 
 def abridged(widths: tuple[int, ...]) -> list[str]:
-    """The widths as text; hidden layers, which are all of one width, as one where they are too many."""
+    """The widths as text. All hidden layers have one width; if there are too many, they are written as "6 × 96"."""
     first, *hidden, last = map(str, widths)
     if len(widths) > _MOST:
         hidden = [f"{len(hidden)} × {hidden[0]}"]
@@ -27,7 +27,7 @@ def abridged(widths: tuple[int, ...]) -> list[str]:
 
 
 def numbers(settings: DQN) -> str:
-    """One line: how many parameters are trained, and the size of the table that the network is laid out in."""
+    """One line: the number of trained parameters, and the size of the table of the network's values."""
     return f"{_short(settings.trained())} parameters, table {settings.cells}³"
 
 

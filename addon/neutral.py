@@ -1,4 +1,4 @@
-"""Render settings that change the picture, crash Blender or write files; and the value that makes each of them neutral.
+"""Render settings that change the picture, crash Blender or write files, each with its neutral value.
 
 | door                             | from here                     | what it keeps on purpose                                              |
 |----------------------------------|-------------------------------|-----------------------------------------------------------------------|
@@ -17,23 +17,23 @@ from typing import Any
 
 import bpy
 
-# scene.render: done by Blender around the render of any engine.
+# scene.render: steps that Blender does before or after the render of any engine.
 PIPELINE: dict[str, Any] = {
     "use_freestyle": False,  # lines over the image; crashes Blender 5.2 with an engine that gives no image, or a scene that is a copy
-    "use_compositing": False,  # another image; its File Outputs write files
-    "use_sequencer": False,  # strips instead of the scene
+    "use_compositing": False,  # changes the image; its File Outputs write files
+    "use_sequencer": False,  # renders strips instead of the scene
     "use_multiview": False,  # other cameras, two images in one file, or files of other names
-    "use_stamp": False,  # text over the image, in floats, too
+    "use_stamp": False,  # draws text over the image, also over floats
     "use_auto_generate_texture_cache": False,  # writes files beside the user's textures
     "use_texture_cache": False,  # textures filtered beforehand
 }
-# scene.render.image_settings: the format of a file. In this order: each decides which values the next may have.
+# scene.render.image_settings: the format of a file. The order counts: each setting limits the values of the next.
 _IMAGE: dict[str, Any] = {
-    "media_type": "IMAGE",  # a video has a least size
+    "media_type": "IMAGE",  # a video has a minimal size
     "file_format": "OPEN_EXR",
     "color_mode": "RGB",
     "color_depth": "32",
-    "exr_codec": "ZIP",  # some lose precision
+    "exr_codec": "ZIP",  # some codecs lose precision
     "views_format": "INDIVIDUAL",
     "color_management": "FOLLOW_SCENE",  # linear, without the display's look
 }
@@ -44,9 +44,9 @@ _LAYER: dict[str, Any] = {
     "use_solid": True,
     "use_sky": True,
     "use_grease_pencil": False,  # drawn over the image by the graphics card
-    "samples": 0,  # no number of its own
+    "samples": 0,  # 0: the view layer uses the scene's samples
 }
-# scene.cycles: changes the mean, or ties the noise of a pixel to that of other pixels or images.
+# scene.cycles: settings that change the mean, or that correlate a pixel's noise with the noise of other pixels or images.
 CYCLES: dict[str, Any] = {
     "use_adaptive_sampling": False,
     "use_denoising": False,
@@ -58,19 +58,19 @@ CYCLES: dict[str, Any] = {
     "light_sampling_threshold": 0.0,
     "use_fast_gi": False,
     "use_guiding": False,
-    "use_pixel_jitter": False,  # for debugging Cycles: one place in the pixel for all samples
+    "use_pixel_jitter": False,  # for debugging Cycles: all samples at one place in the pixel
     "auto_scrambling_distance": False,
     "scrambling_distance": 1.0,
     "use_animated_seed": False,
     "time_limit": 0.0,
     "sample_offset": 0,
     "use_sample_subset": False,
-    "seed": 1_000_003,  # far from the seeds that people choose
+    "seed": 1_000_003,  # far from the seeds that users choose
 }
 
 
 def neutral(scene: bpy.types.Scene) -> None:
-    """Have a scene render itself alone, into a lossless linear EXR, and write no other file. There is no way back."""
+    """Make a scene render only itself, into a lossless linear EXR, and write no other file. The old values are lost."""
     apply(PIPELINE, scene.render)
     apply(_IMAGE, scene.render.image_settings)
     for layer in scene.view_layers:
@@ -78,7 +78,7 @@ def neutral(scene: bpy.types.Scene) -> None:
 
 
 def apply(settings: dict[str, Any], owner: Any) -> None:
-    """Set those that this version of Blender has."""
+    """Set the values of all properties that this version of Blender has."""
     for name, value in settings.items():
         if name in owner.bl_rna.properties:
             setattr(owner, name, value)

@@ -1,4 +1,4 @@
-"""The base of the add-on's panels in Properties: they show under its engine alone."""
+"""The base of the add-on's panels in Properties: they are visible only under its engine."""
 
 import bpy
 

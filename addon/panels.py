@@ -38,7 +38,7 @@ class Section:
     name: str  # unique: "dqn_learning"
     title: str
     config: type[Settings]
-    path: tuple[str, ...]  # attributes that lead from `scene.rl_guiding` to the group of the values
+    path: tuple[str, ...]  # attribute path from `scene.rl_guiding` to the group of the values
     parent: str  # name of the section above this one; empty at the top
 
     @property
@@ -52,7 +52,7 @@ def _shown_in(config: type[Settings], title: str) -> list[Entry]:
 
 
 def sections(config: type[Settings], path: tuple[str, ...] = (), scope: str = "", parent: str = "") -> Iterator[Section]:
-    """The panels of a class, and of all variants that can be chosen in it; parents before their children."""
+    """The panels of a class and of all its variants; parents before their children."""
     for title in dict.fromkeys(entry.panel for entry in entries(config)):
         here = parent
         if title:
@@ -64,7 +64,7 @@ def sections(config: type[Settings], path: tuple[str, ...] = (), scope: str = ""
 
 
 def group_at(root: bpy.types.PropertyGroup, path: tuple[str, ...]) -> Any:
-    """The PropertyGroup that a path leads to; None if another variant is chosen somewhere on it."""
+    """The PropertyGroup at the end of a path; None if another variant is chosen at any step of the path."""
     for step in path:
         menu, _, kind = step.rpartition("_")
         if getattr(root, menu) != kind:
@@ -74,8 +74,8 @@ def group_at(root: bpy.types.PropertyGroup, path: tuple[str, ...]) -> Any:
 
 
 def draw(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, shown: list[Entry]) -> None:
-    """Draw settings, and below a menu those of the chosen variant that have no panel of their own."""
-    switches = None  # the column of the switches that follow each other
+    """Draw settings. Below a menu, also draw the settings of the chosen variant that have no panel."""
+    switches = None  # one column for consecutive switches
     for entry in shown:
         if entry.type is bool:
             switches = switches or layout.column(align=True)
@@ -86,7 +86,7 @@ def draw(layout: bpy.types.UILayout, group: bpy.types.PropertyGroup, shown: list
         place.active = not entry.when or getattr(group, entry.when[0]) == entry.when[1]
         place.prop(group, entry.name)
         kind = getattr(group, entry.name) if entry.variants else ""
-        if kind:  # a choice of another version reads as none
+        if kind:  # a choice from another version reads as empty
             draw(layout, getattr(group, f"{entry.name}_{kind}"), _shown_in(entry.variants[kind], ""))
 
 

@@ -1,4 +1,4 @@
-"""The add-on's preferences: which Python renders, and which parts it lacks."""
+"""The add-on's preferences: the renderer's Python, and its missing parts."""
 
 import bpy
 
@@ -9,27 +9,27 @@ from .areas import redraw
 from .installation import Check, check, python
 from .text import draw_text
 
-INTERVAL = 0.1  # seconds between two looks at a check under way
+INTERVAL = 0.1  # seconds between two queries of a running check
 
 
 class RLG_OT_check_environment(bpy.types.Operator):
-    """Checks the environment; for a button in the background."""
+    """Checks the environment. The button starts the check in the background."""
 
     bl_idname = "rl_guided.check_environment"
     bl_label = "Check Environment"
-    bl_description = "Look for everything that rendering needs in the renderer's environment. Nothing is installed"
+    bl_description = "Check that the renderer's environment has all parts that rendering needs. Nothing is installed"
 
     running: Check | None = None
     parts: tuple[Part, ...] = ()  # what the last check found
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if bpy.app.background:  # timers never fire there
+        if bpy.app.background:  # timers never fire without a window
             return self.execute(context)
         start()
         return {"FINISHED"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """For scripts, which nobody waits for: the answer is there when the call returns."""
+        """For scripts: blocks until the answer is there."""
         forget()
         type(self).parts = tuple(check())
         faults = [f"{part.name}: {part.problem}" for part in self.parts if part.problem]
@@ -59,7 +59,7 @@ class RLG_preferences(bpy.types.AddonPreferences):
 
     python: bpy.props.StringProperty(  # pyright: ignore[reportInvalidTypeForm]
         name="Renderer's Python",
-        description="Python of the environment that renders. Leave it empty to use the one that ./build.sh setup made last",
+        description="Python of the renderer's environment. If it is empty, the environment that ./build.sh setup made last is used",
         subtype="FILE_PATH",
         update=lambda self, context: forget(),
     )
@@ -84,7 +84,7 @@ def _draw_found(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 
 
 def _draw_parts(layout: bpy.types.UILayout, parts: tuple[Part, ...], context: bpy.types.Context) -> None:
-    """Faulty parts first, each with the command that mends it; then the others."""
+    """First the faulty parts, each with the command that repairs it; then the other parts."""
     for part in parts:
         if part.problem:
             draw_text(layout.column(align=True), f"{part.name}: {part.problem}", context, "ERROR")
@@ -106,7 +106,7 @@ def start() -> None:
 
 
 def poll() -> float | None:
-    """Show the result of a check that has ended; returns the seconds until the next look, or None."""
+    """Show the result of a finished check. Returns the seconds until the next query, or None."""
     running = RLG_OT_check_environment.running
     if running and not running.done():
         return INTERVAL
@@ -118,7 +118,7 @@ def poll() -> float | None:
 
 
 def forget() -> None:
-    """End the check under way, and forget the last result."""
+    """End the running check, and forget the last result."""
     if bpy.app.timers.is_registered(poll):
         bpy.app.timers.unregister(poll)
     if RLG_OT_check_environment.running:

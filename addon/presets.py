@@ -1,7 +1,7 @@
 """Presets: the built-in ones, and the user's own as files in Blender's presets folder, in a menu of the first panel's header.
 
 A preset of the user's is JSON that `rlg render --settings` reads, too. Applying a preset keeps the settings of variants that are not
-chosen. Undo takes it back in one step.
+chosen. One undo step reverts it.
 """
 
 import json
@@ -22,7 +22,7 @@ _FOLDER = "presets/rl_guided"  # below the user's scripts, as for all presets of
 
 
 def apply(scene: bpy.types.Scene, name: str) -> None:
-    """Choose a built-in preset. Settings that no preset changes, as samples and seed, stay."""
+    """Choose a built-in preset. Settings that no preset changes, such as samples and seed, stay."""
     present, preset = to_dict(read(scene.rl_guiding, Render)), to_dict(PRESETS[name].settings)
     write(scene.rl_guiding, from_dict(Render, present | {setting: preset[setting] for setting in subjects()}))
 
@@ -42,7 +42,7 @@ def files() -> list[Path]:
 
 
 def path_of(name: str) -> Path:
-    """The file of the user's preset of that name. Its folder may not exist yet. InputError where Blender has no place for it."""
+    """The file of the user's preset with that name. Its folder may not exist yet. InputError if Blender has no folder for presets."""
     folder = bpy.utils.user_resource("SCRIPTS", path=_FOLDER)
     if not folder:
         raise InputError("there is no folder for presets")
@@ -55,12 +55,12 @@ def shown_name(path: Path) -> str:
 
 
 def load(scene: bpy.types.Scene, path: Path) -> None:
-    """Take over all settings of a file. InputError names the file and its fault."""
+    """Set all settings from a file. The InputError names the file and its fault."""
     write(scene.rl_guiding, from_file(Render, path, path.name))
 
 
 def add(scene: bpy.types.Scene, name: str) -> Path:
-    """Save all settings of a scene as a preset. InputError where the name is taken, or the file cannot be written."""
+    """Save all settings of a scene as a preset. InputError if the name exists already, or the file cannot be written."""
     path = path_of(name)
     if not name.strip():
         raise InputError("a preset needs a name")
@@ -72,7 +72,7 @@ def add(scene: bpy.types.Scene, name: str) -> Path:
 
 
 def remove(name: str) -> None:
-    """Delete one of the user's presets. InputError where none has that name, or the file cannot be deleted."""
+    """Delete one of the user's presets. InputError if no preset has that name, or the file cannot be deleted."""
     path = path_of(name)
     with trying_to(f"remove {path}"):
         path.unlink()

@@ -1,4 +1,4 @@
-"""Settings classes as Blender properties: PropertyGroups generated from the classes' declarations, and the ways in and out.
+"""Settings classes as Blender properties: generates PropertyGroups from the classes, and converts values in both directions.
 
 A union of settings classes becomes a menu, plus one group for each variant: `guide`, `guide_dqn`, `guide_bsdf`.
 Named settings become a collection of groups, each with `name` and `settings`.
@@ -17,13 +17,15 @@ from blender_rl_guiding.settings import Render
 from .registering import holding
 
 _DIGITS = 3  # after the point; Blender adds more where a small number would be shown as 0
-_CLICKS = 100  # on an arrow of a number's field, from one soft limit to the other
+_CLICKS = 100  # clicks on the arrow of a number's field from one soft limit to the other
 _UNITS = {"": {}, "share": {"subtype": "FACTOR"}, "seconds": {"unit": "TIME_ABSOLUTE"}}
 _NUMBERS = {bool: bpy.props.BoolProperty, int: bpy.props.IntProperty, float: bpy.props.FloatProperty}
 
 
 def make_groups(default: Settings, name: str = "RLG") -> list[type]:
-    """The PropertyGroup of a settings class, last, after the groups that it points to; unregistered, with defaults as in `default`."""
+    """The PropertyGroups of a settings class: first the groups that it points to, last its own. Unregistered; `default` has the
+    defaults.
+    """
     groups, annotations = declared(default, name)
     return [*groups, _group(name, annotations)]
 
@@ -60,7 +62,7 @@ def _named(entry: Entry) -> dict[str, Any]:
 
 
 def _property(entry: Entry, value: Any, animated: bool) -> Any:
-    """Only numbers of the render are animated: a guide keeps its kind and size in all frames."""
+    """Only numbers of the class `Render` can be animated, because a guide keeps its kind and size in all frames."""
     common = {"name": entry.label, "description": _sentence(entry.doc), "options": {"ANIMATABLE"} if animated else set()}
     if entry.variants:
         choices = {kind: Choice(variant.label, variant.__doc__ or "") for kind, variant in entry.variants.items()}
@@ -76,7 +78,7 @@ def _property(entry: Entry, value: Any, animated: bool) -> Any:
 
 
 def _items(choices: dict[str, Choice]) -> list[tuple[str, str, str, str, int]]:
-    """The choices that panels offer. A .blend keeps only their numbers. Counted ones would shift where a choice is inserted."""
+    """The choices in panels. A .blend stores only their numbers. Position numbers would shift when we insert a choice."""
     return [
         (name, choice.label, _sentence(choice.doc), "NONE", _number(name) if choice.number is None else choice.number)
         for name, choice in choices.items()
@@ -111,7 +113,7 @@ def _look(entry: Entry) -> dict[str, Any]:
 def read(group: bpy.types.PropertyGroup, config: type[Settings]) -> Any:
     """The settings object of the values in Blender. Some are animated: for a frame, read the evaluated scene.
 
-    SettingsError where another version saved values that this one does not have.
+    SettingsError if another version saved values that this one does not have.
     """
     return config(**{entry.name: _read(group, entry) for entry in entries(config)})
 
@@ -132,7 +134,7 @@ def _read(group: bpy.types.PropertyGroup, entry: Entry) -> Any:
 
 
 def write(group: bpy.types.PropertyGroup, settings: Settings) -> None:
-    """Show a settings object in Blender. Variants that are not chosen keep their values."""
+    """Copy a settings object to Blender's properties. Variants that are not chosen keep their values."""
     for entry in entries(type(settings)):
         value = getattr(settings, entry.name)
         if entry.variants:

@@ -1,6 +1,6 @@
-"""Repairs settings of a file from another version of the add-on: unknown choices and numbers beyond their limits.
+"""Repairs settings in files from other versions of the add-on: unknown choices, and numbers beyond their limits.
 
-Blender itself drops unknown properties alone.
+Blender itself only drops unknown properties.
 """
 
 from collections.abc import Iterator
@@ -42,7 +42,7 @@ _HANDLERS = ("load_post", "blend_import_post")  # opened, and appended
 
 
 def register() -> None:
-    """Repair files as they come."""
+    """Register the repair of each file that is opened or appended."""
     for name in _HANDLERS:
         getattr(bpy.app.handlers, name).append(repair_all)
 

@@ -1,11 +1,11 @@
-"""Draws text of any length: labels do not break into lines by themselves."""
+"""Draws text of any length in several lines, because Blender's labels have only one line."""
 
 import textwrap
 
 import bpy
 
 _LETTER = 6.5  # pixels of a letter, about
-_MARGIN = 60  # pixels of the editor that are no room for text
+_MARGIN = 60  # pixels of the editor's width without text
 _LEAST = 16  # letters in a line
 
 

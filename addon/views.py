@@ -1,4 +1,4 @@
-"""Opens a .blend at the scene, camera, frame and size that a `View` asks for. The file on disk stays as it is."""
+"""Opens a .blend with the scene, camera, frame and size of a `View`. The file on disk stays unchanged."""
 
 import glob
 import hashlib
@@ -14,14 +14,14 @@ from blender_rl_guiding.strings import one_line
 
 
 def opened(blend: Path, view: View) -> bpy.types.Scene:
-    """The scene of a file at a view. Scripts in the file do not run. InputError where the file lacks something: names what it has."""
+    """The scene of a file at a view. Scripts in the file do not run. If a name is missing, the InputError lists the existing names."""
     try:
         bpy.ops.wm.open_mainfile(filepath=str(blend.absolute()), load_ui=False, use_scripts=False)
     except RuntimeError as error:
         reason = one_line(error).rpartition(": ")[2]
         raise InputError(f"Blender cannot open {blend}, it may be damaged: {reason}") from error
     scene = _scene(blend, view.scene) if view.scene else bpy.context.scene
-    bpy.context.window.scene = scene  # or its objects would be rendered as they are at another scene's frame
+    bpy.context.window.scene = scene  # otherwise objects would keep the state of another scene's frame
     if view.frame is not None:
         scene.frame_set(view.frame)  # a marker may switch the camera
     _set_size(scene.render, view)
@@ -45,10 +45,10 @@ def _set_size(render: bpy.types.RenderSettings, view: View) -> None:
 
 def _set_camera(blend: Path, scene: bpy.types.Scene, name: str | None) -> None:
     cameras = [thing for thing in scene.objects if thing.type == "CAMERA"]
-    if name == AUTO:  # a plain camera stands in until the scene has been read: `framing` then places it
+    if name == AUTO:  # a temporary camera: `framing` places the camera after the scene has been read
         chosen = [bpy.data.objects.new(AUTO, bpy.data.cameras.new(AUTO))]
-        scene.render.use_border = False  # the region belongs to another camera's picture
-        if hasattr(scene, "cycles"):  # or Simplify would cull by the stand-in
+        scene.render.use_border = False  # the region was chosen for another camera
+        if hasattr(scene, "cycles"):  # otherwise Simplify would cull with the temporary camera
             scene.cycles.use_camera_cull = scene.cycles.use_distance_cull = False
     elif name:
         chosen = [thing for thing in cameras if thing.name == name]
@@ -60,7 +60,7 @@ def _set_camera(blend: Path, scene: bpy.types.Scene, name: str | None) -> None:
         others = f", --camera NAME takes one of {_listed(cameras)}" if cameras else ""
         raise InputError(f"{blend.name}: scene '{scene.name}' has no camera: --camera {AUTO} frames all that renders{others}")
     for marker in scene.timeline_markers:
-        marker.camera = None  # or it would switch the camera at the next frame
+        marker.camera = None  # otherwise markers would switch the camera at the next frame
     scene.camera = chosen[0]
 
 
@@ -69,7 +69,7 @@ def _listed(things: list[bpy.types.ID]) -> str:
 
 
 def source_key(blend: Path, view: View) -> str:
-    """SHA-256 of the open file, of size and date of each file that it refers to, and of the view: frames with equal keys are equal."""
+    """SHA-256 of the open file, of size and date of each referenced file, and of the view. Frames with equal keys are equal."""
     digest = hashlib.sha256(f"{view.to_json()} {bpy.app.version_string}".encode())
     with blend.open("rb") as file:
         while chunk := file.read(1 << 20):
@@ -80,7 +80,7 @@ def source_key(blend: Path, view: View) -> str:
 
 
 def _pictures() -> Iterator[Path]:
-    """The files of sequences and of tiled images: `blend_paths` has one of them or a pattern."""
+    """All files of sequences and tiled images; `blend_paths` has only one of them or a pattern."""
     for image in bpy.data.images:
         path = Path(bpy.path.abspath(image.filepath, library=image.library))
         name = glob.escape(path.name)

@@ -17,15 +17,15 @@ from blender_rl_guiding.typed import MalformedError
 
 
 class Worker:
-    """One renderer. A fault of it is an InputError with a line for the user."""
+    """One renderer process. If it fails, an InputError has a line for the user."""
 
     def __init__(self, python: Path) -> None:
         self.python = python
         self._complaints = tempfile.TemporaryFile()  # noqa: SIM115  # as long as the child; a pipe that nobody reads would fill up
         pipe = subprocess.PIPE
         try:
-            # Isolated (-I) from the variables by which Blender, or the user, tells another Python what to import. A session of its
-            # own, so that Ctrl-C in Blender's terminal is Blender's.
+            # Isolated (-I): variables such as PYTHONPATH, set by Blender or the user, must not change the imports. With its own session,
+            # Ctrl-C in Blender's terminal reaches only Blender.
             self._child = subprocess.Popen(
                 [str(python), "-I", "-m", "blender_rl_guiding.doors.worker"],
                 stdin=pipe, stdout=pipe, stderr=self._complaints, start_new_session=True,
@@ -39,11 +39,11 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be given another job."""
+        """Whether the renderer can take another job."""
         return self._child.poll() is None
 
     def send(self, job: messages.Job) -> None:
-        """Give it a job; jobs are done one after the other."""
+        """Send a job. The renderer does jobs one after the other."""
         assert self._child.stdin
         if not self.alive:
             raise InputError(self._death())
@@ -54,7 +54,7 @@ class Worker:
             raise InputError(self._death()) from error
 
     def event(self, timeout: float) -> dict[str, Any]:
-        """The next event, or {"event": "none"} after so many seconds without one. InputError where the job failed or the renderer died."""
+        """The next event; {"event": "none"} after a timeout in seconds. InputError if the job failed or the renderer died."""
         try:
             event = self._events.get(timeout=timeout)
         except queue.Empty:
@@ -73,7 +73,7 @@ class Worker:
         return event
 
     def end(self) -> None:
-        """End it at once, whatever it is doing."""
+        """End the renderer at once, even during a job."""
         self._child.kill()
         self._death()
 
@@ -85,7 +85,7 @@ class Worker:
         self._events.put(None)
 
     def _death(self) -> str:
-        """The reason for its end: its status, and the last line that it wrote."""
+        """The reason for the renderer's end: its status, and its last line."""
         if not self._complaints.closed:
             self._end_of_life = self._read_death()
         return self._end_of_life
@@ -93,7 +93,7 @@ class Worker:
     def _read_death(self) -> str:
         status = self._child.wait()
         assert self._child.stdin
-        with suppress(OSError):  # what it did not read
+        with suppress(OSError):  # closing writes data that the renderer did not read
             self._child.stdin.close()
         with self._complaints as file:
             file.seek(0)
@@ -109,9 +109,9 @@ def _event(line: bytes) -> dict[str, Any] | MalformedError:
 
 @contextmanager
 def borrowed(python: Path) -> Iterator[Worker]:
-    """A renderer for the length of the block: the last one if it is still warm. That saves each frame of an animation two seconds.
+    """A renderer for the block: the last renderer if it is still alive, otherwise a new one. This saves two seconds per frame.
 
-    It is ended where the block fails.
+    If the block fails, the renderer is ended.
     """
     worker = _warm(python) or Worker(python)
     try:
@@ -124,8 +124,8 @@ def borrowed(python: Path) -> Iterator[Worker]:
         _SPARE.append((time.monotonic(), worker))
 
 
-_SPARE: list[tuple[float, Worker]] = []  # idle ones, each with the time of its last job
-_WARM = 45.0  # seconds; a renderer that rests ends by itself after sixty
+_SPARE: list[tuple[float, Worker]] = []  # idle renderers, each with the time of its last job
+_WARM = 45.0  # seconds; an idle renderer ends by itself after sixty
 
 
 def _warm(python: Path) -> Worker | None:

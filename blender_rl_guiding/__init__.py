@@ -1,3 +1,3 @@
-"""Guided rendering experiments: an Embree-based path tracer with guides that learn, a deep Q network among them."""
+"""Experiments with guided rendering: a path tracer on Embree, with guides that learn, such as a deep Q network."""
 
 __version__ = "0.1.0"

@@ -1,7 +1,7 @@
-"""The user's cache. It is used only if nobody else can write to it. If we cannot write to it, nothing is kept.
+"""The user's cache. It is used only if no other user can write to it. If we cannot write to it, nothing is stored.
 
-Kernels are machine code that will run, and a forged reference image looks like a rendered one. Standard library only: the add-on keeps
-things, too.
+The reason: cached kernels are machine code that will run, and a forged reference looks like a rendered one. Standard library only, because
+the add-on uses the cache, too.
 """
 
 import os
@@ -20,10 +20,10 @@ _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 def folder(kind: str, *below: str) -> Path | None:
-    """The folder for a kind of things that can be made again, "kernels", "references", "skies" or "checkpoints", or one below it.
+    """The folder for one kind of cached files, "kernels", "references", "skies" or "checkpoints", or a folder below it.
 
-    It is made if it is missing. None, and a notice says why, if it cannot be made, or if others can write to it or to a folder above it.
-    If we cannot write to it, a notice says so, but its contents can be read.
+    If the folder is missing, it is made. If it cannot be made, or if others can write to it or to a folder above it, None; a notice has the
+    reason. If we cannot write to it, a notice says so, but we can read its contents.
     """
     home = _home()
     if not home:
@@ -55,9 +55,9 @@ def _make(path: Path) -> None:
 
 
 def _make_private(own: Path, path: Path) -> None:
-    """Take from others the right to write to our folders, from `own` to `path`: earlier versions left it to the umask.
+    """Remove the write permission of others from our folders, from `own` to `path`. Earlier versions used the umask's permissions.
 
-    Kernels that others may have put there are removed, because they would run. All else is read as anyone's work anyway.
+    Existing kernels are removed, because others may have put them there and they would run. All other files are checked when they are read.
     """
     if not hasattr(os, "getuid"):
         return
@@ -70,7 +70,7 @@ def _make_private(own: Path, path: Path) -> None:
 
 
 def _remove(path: Path) -> None:
-    """Move a folder away, then remove it: others may have put files there that we cannot remove, and none must be found again."""
+    """Rename a folder, then remove it. Others may have put files there that we cannot remove; after the rename nobody finds them."""
     away = tempfile.mkdtemp(dir=path.parent)
     with suppress(FileNotFoundError):
         path.rename(Path(away, path.name))
@@ -79,7 +79,7 @@ def _remove(path: Path) -> None:
 
 @contextmanager
 def dispensable(path: Path) -> Iterator[None]:
-    """For a block that writes `path` into the cache: if it cannot, a notice says that nothing is kept, and work goes on."""
+    """For a block that writes `path` into the cache. If it fails, a notice says that nothing is stored, and work goes on."""
     try:
         yield
     except InputError as error:
@@ -92,18 +92,20 @@ def _tell_lost(path: Path, error: BaseException) -> None:
 
 def _home() -> Path | None:
     given = os.environ.get("XDG_CACHE_HOME", "")
-    if given and not os.path.isabs(given):  # invalid by the specification: any folder that we start in could bring its own
+    if given and not os.path.isabs(given):  # invalid by the specification: the current folder may contain a stranger's cache
         tell(f"XDG_CACHE_HOME is passed over: {given!r} is not an absolute path")
         given = ""
     try:
         return Path(given) if given else Path.home() / ".cache"
     except RuntimeError:
-        tell("nothing is kept for the next time: neither HOME nor XDG_CACHE_HOME says where")
+        tell("nothing is kept for the next time: neither HOME nor XDG_CACHE_HOME names a folder")
         return None
 
 
 def _fault(path: Path, last: bool) -> str:
-    """How others can write to a folder or replace it, in one line; empty if they cannot. `last`: it is the one that we write to."""
+    """A line with the reason why others can write to a folder or replace it; empty if they cannot. `last`: whether we write to this
+    folder.
+    """
     if not hasattr(os, "getuid"):  # Windows, where a user's folders are the user's
         return ""
     places = list(dict.fromkeys(_open_places(path, last)))
@@ -123,4 +125,4 @@ def _open_places(path: Path, last: bool) -> Iterator[Path]:
         elif stat.S_ISLNK(found.st_mode):
             yield from _open_places(place.parent / os.readlink(place), own)
         elif found.st_mode & _OTHERS and (own or not found.st_mode & stat.S_ISVTX):
-            yield place  # above the last, a sticky bit is enough, as on /tmp: users can remove only their own files
+            yield place  # for folders above the last a sticky bit is enough, as on /tmp: users can remove only their own files

@@ -1,4 +1,4 @@
-"""The experiments of the slides by name, as data: which scenes, by which methods. The first method is the baseline."""
+"""The experiments of the slides by name, as data: scenes and methods. The first method is the baseline."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -22,7 +22,7 @@ def _drawn(settings: Render) -> Render:
 
 
 def _published(group: str, methods: str) -> Entry:
-    """The slides' scenes of a group and the methods on them, and the ones that they leave out: bsdf, a table, and our best."""
+    """The slides' scenes of a group, with the slides' methods, and with ours: bsdf, a table, and our best methods."""
     published = [f"slides_{group}_{name}" for name in methods.split()]
     names = ["uniform", "bsdf", "bsdf_nee", *published, "qtable", "recommended", "recommended_nee"]
     scenes = tuple(f"{group}{k}" for k in (1, 2, 3))
@@ -50,7 +50,7 @@ LOSS_FIRST = ("slides-depth", "slides-width", "slides-resolution")  # their main
 
 
 def chosen(names: list[str]) -> list[str]:
-    """The experiments of these names, each once; "all" is every one. InputError on an unknown name."""
+    """The experiments with these names, without repetition; "all" means all of them. InputError on an unknown name."""
     for name in names:
         if name not in (*CATALOGUE, "all"):
             raise InputError(f"no experiment is called {name!r}; there are {', '.join(CATALOGUE)} and all")

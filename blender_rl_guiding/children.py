@@ -1,4 +1,4 @@
-"""Runs child programs. Each ends with the block that runs it, and with this process, however that ends."""
+"""Runs child programs. A child ends with the block that runs it. It also ends if this process ends in any way."""
 
 import signal
 import subprocess
@@ -11,13 +11,15 @@ from .errors import trying_to
 
 
 class Child:
-    """A running program. It has to end when its stdin does (`addon/lifeline.py`): the system closes that pipe with this process."""
+    """A running program. It must end when its stdin ends (`addon/lifeline.py`), because the system closes this pipe when this process
+    ends.
+    """
 
     def __init__(self, process: "subprocess.Popen[str]", complaints: IO[str]) -> None:
         self.process, self._complaints = process, complaints
 
     def ended(self, patience: float | None = None) -> bool:
-        """Whether it ends within `patience` seconds; None waits for its end."""
+        """Whether it ends within `patience` seconds. With None, wait for its end."""
         try:
             self.process.wait(patience)
         except subprocess.TimeoutExpired:
@@ -25,7 +27,7 @@ class Child:
         return True
 
     def fate(self, said: str = "") -> str:
-        """The function `fate` for a child that has ended: by its last line on stderr, or if there is none, by that of `said`."""
+        """The function `fate` for a child that has ended. The last line comes from stderr, or from `said` if stderr is empty."""
         return fate(self.process.returncode, self.complaints() or said.strip())
 
     def complaints(self) -> str:
@@ -35,7 +37,7 @@ class Child:
 
 
 def fate(status: int, said: str) -> str:
-    """How a program ended, and the last line that it said about it: "ended with status 1: no such file"."""
+    """A text about the end of a program, with its last line, such as "ended with status 1: no such file"."""
     how = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
     why = said.splitlines()[-1] if said else "too little memory?" if how.endswith("SIGKILL") else "it gave no reason"
     return f"{how}: {why}"
@@ -45,11 +47,11 @@ def fate(status: int, said: str) -> str:
 def running(command: list[str], stdout: int = subprocess.DEVNULL) -> Iterator[Child]:
     """Start a program, and kill it after the block. InputError if it cannot be started."""
     pipe = subprocess.PIPE
-    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:  # a pipe that nobody reads would fill up
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:  # a pipe without a reader fills up
         with trying_to(f"run {command[0]}"):
             process = subprocess.Popen(command, stdin=pipe, stdout=stdout, stderr=complaints, text=True, errors="replace")
         with process:
             try:
                 yield Child(process, complaints)
             finally:
-                process.kill()  # which does nothing to one that has ended
+                process.kill()  # has no effect on a process that has ended

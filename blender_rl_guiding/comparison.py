@@ -8,7 +8,7 @@ from .schema import Choice, Named, Pixel, Settings, SettingsError, setting
 from .settings import MOST_METHODS, MOST_RUNS, Render
 
 UNNAMED = (-1, -1)  # pixel
-MOST_SAMPLES = 1_000_000  # of a method that has a time and no number of samples
+MOST_SAMPLES = 1_000_000  # samples of a method with a time limit instead of a number of samples
 
 
 @dataclass(frozen=True)
@@ -18,11 +18,11 @@ class Comparison(Settings):
     methods: Named[Render] = setting((("bsdf", Render()),), "The methods; the first is the baseline.", label="Method")
     budget: Literal["SAMPLES", "SECONDS", "EACH"] = setting(
         "SAMPLES",
-        "What every method may spend.",
+        "The budget of every method.",
         choices={
             "SAMPLES": Choice("Samples", "Every method takes the same number of samples per pixel.", 0),
             "SECONDS": Choice("Time", "Every method renders for the same time, learning included. Images then depend on the machine.", 1),
-            "EACH": Choice("", "Every method spends what its own settings say.", 2),
+            "EACH": Choice("", "Every method uses the budget in its own settings.", 2),
         },
     )
     spp: int = setting(32, "Samples per pixel of each method.", min=1, max=MOST_SAMPLES, label="Samples", when=("budget", "SAMPLES"))
@@ -30,7 +30,7 @@ class Comparison(Settings):
         10.0, "Seconds of rendering and learning of each method.", min=0.1, unit="seconds", label="Time", when=("budget", "SECONDS")
     )
     seeds: int = setting(
-        1, "Runs of each method, with one seed after the other; two or more give error bars.", min=1, max=MOST_RUNS, soft=(1, 1000)
+        1, "Runs of each method, with consecutive seeds; two or more give error bars.", min=1, max=MOST_RUNS, soft=(1, 1000)
     )
     reference: Literal["OWN", "CYCLES", "FILE"] = setting(
         "OWN",
@@ -41,14 +41,14 @@ class Comparison(Settings):
             "FILE": Choice("File", "An EXR image of the same size.", 2),
         },
     )
-    reference_spp: int = setting(1024, "Samples per pixel of the reference, at least.", min=1, max=10_000_000, label="Samples")
+    reference_spp: int = setting(1024, "Minimal samples per pixel of the reference.", min=1, max=10_000_000, label="Samples")
     reference_file: Path = setting(
         Path(), "An EXR image, linear, of the scene's size: the reference.", label="File", when=("reference", "FILE")
     )
-    use_probe: bool = setting(True, "Show what methods have learnt of the light that arrives where a pixel looks.", label="Probe")
+    use_probe: bool = setting(True, "Show the methods' Q at the point behind a pixel.", label="Probe")
     probe: Pixel = setting(
         UNNAMED,
-        "Where to show what is learnt: column and row from the top left; -1, -1 is the middle of the width at four fifths of the height.",
+        "Pixel at which Q is shown: column and row from the top left; -1, -1 is the middle of the width at four fifths of the height.",
         min=-1,
         label="Pixel",
     )
@@ -66,7 +66,7 @@ class Comparison(Settings):
             raise SettingsError("Cycles takes the scene's own path lengths: set Max Bounces of all methods to -1")
 
     def compared(self) -> dict[str, Render]:
-        """The methods by name, each with the budget."""
+        """The settings of the methods by name, each with the budget."""
         budgets: dict[str, dict[str, Any]] = {
             "SAMPLES": {"spp": self.spp, "seconds": 0.0},
             "SECONDS": {"spp": MOST_SAMPLES, "seconds": self.seconds},
@@ -75,12 +75,12 @@ class Comparison(Settings):
         return {name: replace(settings, **budgets[self.budget]) for name, settings in self.methods}
 
     def all_seeds(self) -> range:
-        """One for each run of a method: the baseline's own seed, and those after it."""
+        """The seeds of a method's runs: the baseline's own seed, and the next ones."""
         _, baseline = self.methods[0]
         return range(baseline.seed, baseline.seed + self.seeds)
 
     def max_bounces(self) -> int:
-        """The methods' common limit of path lengths. SettingsError where they have none, and so no common reference."""
+        """The common limit of the methods' path lengths. SettingsError if the limits differ, because then there is no common reference."""
         bounces = {settings.max_bounces for _, settings in self.methods}
         if len(bounces) > 1:
             raise SettingsError(f"the methods trace paths of different lengths ({sorted(bounces)} bounces): they have no common reference")

@@ -1,4 +1,4 @@
-"""The renderer's Python environment: where it is, and what it lacks.
+"""The renderer's Python environment: its path, and its missing parts.
 
 The add-on imports this file into Blender to find the environment. It checks the environment by running this file in its own Python:
 `python -m blender_rl_guiding.environment [VERSION]` prints one line, the JSON list of the parts. Standard library only.
@@ -35,16 +35,16 @@ _NATIVE = {
 
 @dataclass(frozen=True)
 class Part:
-    """One thing that rendering needs, and what is wrong with it."""
+    """One part that rendering needs, with its fault if any."""
 
     name: str
-    version: str = ""  # empty where it is missing
-    problem: str = ""  # one line; empty where it works
-    command: str = ""  # the one that mends the problem
+    version: str = ""  # empty if the part is missing
+    problem: str = ""  # one line; empty if the part works
+    command: str = ""  # the command that repairs the fault
 
 
 def pointer() -> Path:
-    """The file that names the environment's Python: in the user's data folder, `XDG_DATA_HOME` before the platform's own."""
+    """The file with the path of the environment's Python, in the user's data folder: `XDG_DATA_HOME` if set, otherwise the platform's."""
     own = {"darwin": Path.home() / "Library" / "Application Support", "win32": Path.home() / "AppData" / "Local"}
     data = Path(os.environ.get("XDG_DATA_HOME", ""))
     if not data.is_absolute():  # relative ones are invalid by the specification
@@ -54,14 +54,14 @@ def pointer() -> Path:
 
 def announce() -> Path:
     """Let every Blender of this user find the Python that runs now, and return it. InputError if the file cannot be written."""
-    python = Path(sys.executable)  # a virtual environment's is a link that must not be followed
+    python = Path(sys.executable)  # not resolved: a virtual environment's Python is a link, and its target is outside of the environment
     with atomic(pointer()) as part:
         part.write_text(f"{python}\n", encoding="utf-8")
     return python
 
 
 def find() -> Path | None:
-    """The Python announced last, which may be gone since; None if none was. InputError if the file cannot be read."""
+    """The last announced Python, which may no longer exist; None if there is none. InputError if the file cannot be read."""
     try:
         text = pointer().read_text(encoding="utf-8").strip()
     except FileNotFoundError:
@@ -72,7 +72,7 @@ def find() -> Path | None:
 
 
 def parts(wanted: str = "") -> Iterator[Part]:
-    """All that rendering needs, checked in the Python that runs now; `wanted` is the version of this package that the add-on brought."""
+    """All parts that rendering needs, checked in the running Python. `wanted` is the version of this package in the add-on."""
     yield _python()
     yield _package(wanted)
     for name in _required():
@@ -100,13 +100,15 @@ def _required() -> list[str]:
 
 
 def _library(name: str) -> Part:
-    """Check one library: missing, broken or fine. Those with machine code are loaded: only that shows whether they fit this computer."""
+    """Check one library: missing, broken or fine. A library with machine code is loaded, because only this shows whether it fits this
+    computer.
+    """
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
         return Part(name, "", "not installed", _build("setup"))
     if name in _NATIVE:
-        print(f"loading {name} {version}", file=sys.stderr, flush=True)  # the last line of a process that a library kills
+        print(f"loading {name} {version}", file=sys.stderr, flush=True)  # the last line of the process if the library kills it
         try:
             importlib.import_module(_NATIVE[name])
         except Exception as error:  # noqa: BLE001  # a broken library may raise anything; its message is the answer
@@ -115,13 +117,13 @@ def _library(name: str) -> Part:
 
 
 def _build(*arguments: str) -> str:
-    """A command of build.sh, which lies beside this package where the project was set up by it."""
+    """A command of build.sh. If build.sh set up the project, it lies beside this package."""
     script = Path(__file__).resolve().parents[1] / "build.sh"
     return shlex.join([str(script) if script.is_file() else "./build.sh", *arguments])
 
 
 def _end_with_stdin() -> None:
-    """End this process with its stdin: a library that hangs while it is loaded must not outlive Blender."""
+    """End this process when its stdin ends, because a process whose library hangs on loading must not outlive Blender."""
     while os.read(0, 1024):
         pass
     os._exit(1)
@@ -136,7 +138,7 @@ def main(arguments: list[str]) -> int:
             print(f"Blender will not find this environment by itself: {error}", file=sys.stderr)
             return 1
         return 0
-    if arguments and stat.S_ISFIFO(os.fstat(0).st_mode):  # the add-on's pipe, see `children`; older ones give none
+    if arguments and stat.S_ISFIFO(os.fstat(0).st_mode):  # the add-on's pipe, see `children`; older add-ons pass no pipe
         threading.Thread(target=_end_with_stdin, daemon=True).start()
     print(json.dumps([asdict(part) for part in parts(*arguments)]), flush=True)
     return 0

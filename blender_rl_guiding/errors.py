@@ -1,4 +1,4 @@
-"""The one exception for bad input, and writing files so that nothing is ever left half-written."""
+"""The exception for bad input, and functions that write files without ever leaving a half-written file."""
 
 import contextlib
 import os
@@ -10,7 +10,7 @@ from .strings import printable
 
 
 class InputError(Exception):
-    """Something that the user gave cannot be used. The message is one line that names it, and is safe on any terminal."""
+    """The user's input cannot be used. The message is one line that names the input, and is safe on any terminal."""
 
     def __init__(self, text: str) -> None:
         super().__init__(printable(text))
@@ -27,23 +27,24 @@ def trying_to(action: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def atomic(path: Path, durable: bool = True) -> Iterator[Path]:
-    """Give a temporary name beside `path` to write to; that file takes the place of `path` on success and vanishes on failure.
+    """Yields a temporary name beside `path` to write to. On success this file replaces `path`; on failure it is removed.
 
-    The name keeps the suffix of `path`. Files that killed processes left in the folder are removed. A `durable` file is on the disk when
-    the block ends, and survives a loss of power; files that can be made again need not be. InputError if it cannot be written.
+    The name keeps the suffix of `path`. Temporary files of killed processes in the folder are removed. A `durable` file is on the disk when
+    the block ends, so it survives a loss of power; cached files can be made again and need not be durable. InputError if it cannot be
+    written.
     """
     part = part_of(path)
     try:
         with trying_to(f"write {path}"):
             path.parent.mkdir(parents=True, exist_ok=True)
             sweep_once(path.parent)
-            part.unlink(missing_ok=True)  # a link of that name, which somebody else may have made, would be followed
+            part.unlink(missing_ok=True)  # otherwise a link with that name, perhaps from another user, would be followed
             yield part
             if durable:
                 _to_disk(part)
             os.replace(part, path)
         if durable:
-            with contextlib.suppress(OSError):  # not every file system syncs folders, and the file is there
+            with contextlib.suppress(OSError):  # some file systems cannot sync folders; the file itself is written
                 _to_disk(path.parent)
     finally:
         with contextlib.suppress(OSError):
@@ -60,9 +61,9 @@ def _to_disk(path: Path) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """InputError if no file could be written below `folder`, which need not exist yet: to be asked before hours of work.
+    """InputError if no file can be written below `folder`. The folder need not exist. Call this before hours of work.
 
-    Makes nothing: a command that fails for another reason leaves nothing behind.
+    It creates no folder, so that a command that fails for another reason leaves nothing behind.
     """
     nearest = next(place for place in (folder, *folder.absolute().parents) if os.path.exists(place))
     if not os.path.isdir(nearest):
@@ -72,6 +73,8 @@ def check_writable(folder: Path) -> None:
 
 
 def check_inside(folder: Path, path: Path) -> None:
-    """InputError if `path`, which is below `folder` by its name, leads out of it by a link: somebody else may have made that."""
+    """InputError if `path`, which is below `folder` by its name, leads out of `folder` through a link. A stranger may have made such a
+    link.
+    """
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise InputError(f"{path} leads out of {folder}, by a link")

@@ -1,4 +1,4 @@
-"""Options that commands share: settings as flags and back; a scene, a comparison. `rlg` and Blender's commands both take them from here."""
+"""Options shared by `rlg` and Blender's commands: settings as flags and back, a scene, a comparison."""
 
 import argparse
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from .strings import printable, say
 
 
 class Parser(argparse.ArgumentParser):
-    """Says in one line why it refuses a command line."""
+    """A parser that prints one line with the reason if it refuses a command line."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(allow_abbrev=False, **kwargs)
@@ -28,7 +28,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_flags(parser: argparse.ArgumentParser, config: type[schema.Settings], leave_out: Sequence[str] = ()) -> None:
-    """One flag for every setting below a class. The parsed options have only those that were given."""
+    """One flag for every setting below a class. The parsed options have only the given flags."""
     group = parser.add_argument_group((config.__doc__ or "").rstrip("."))
     for name, entry in flat.flags(config):
         if name not in leave_out:
@@ -68,22 +68,22 @@ def add_render(parser: argparse.ArgumentParser) -> None:
 
 
 def add_methods(parser: argparse.ArgumentParser, required: bool) -> None:
-    """The methods that are compared, and flags for their settings."""
+    """Flags for the compared methods and for their settings."""
     text = f"guides or presets ({', '.join(PRESETS)}); the first is the baseline"
     parser.add_argument("--methods", required=required, metavar="NAME,NAME", help=text)
     add_flags(parser, Render, leave_out=("guide",))
     add_flags(parser, Machine)
 
 
-# Settings of a comparison that have flags. All others follow from --methods and the flags of their settings.
+# Settings of a comparison that have their own flags. All others follow from --methods and the flags of the methods' settings.
 _FLAGS = {"seeds": "--seeds", "reference_spp": "--reference-spp", "reference_file": "--reference", "probe": "--probe"}
 
 
 def add_comparison(parser: argparse.ArgumentParser, seeds: int, files: bool) -> None:
-    """Settings of a comparison but for its methods, the runs at a time, and the folder of all results.
+    """Flags for a comparison's settings except its methods, for the runs at a time, and for the folder of the results.
 
     `seeds`: the default.
-    `files`: whether a file can be the reference. It can be that of one scene alone.
+    `files`: whether a file can be the reference; a file can be the reference of only one scene.
     """
     known = {entry.name: entry for entry in schema.entries(Comparison)}
     known["seeds"] = replace(known["seeds"], default=seeds)
@@ -91,7 +91,7 @@ def add_comparison(parser: argparse.ArgumentParser, seeds: int, files: bool) -> 
     for name, flag in _FLAGS.items():
         if files or name != "reference_file":
             _add_flag(reference if name.startswith("reference") else parser, flag, name, known[name])
-    text = "runs at a time, which share the threads; for times that can be compared with others, 1 (default: 1)"
+    text = "runs at a time, which share the threads; use 1 for comparable times (default: 1)"
     parser.add_argument("--jobs", type=positive, default=1, metavar="N", help=text)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
 
@@ -104,10 +104,10 @@ def positive(text: str) -> int:
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
-    """A .blend and the bundle to make of it."""
+    """Arguments: a .blend, and the bundle to write."""
     parser.add_argument("scene", type=Path, metavar="SCENE.blend")
     parser.add_argument("bundle", type=Path, metavar="SCENE.npz")
-    parser.add_argument("--strict", action="store_true", help="refuse a scene that the bundle cannot take over whole")
+    parser.add_argument("--strict", action="store_true", help="refuse a scene if anything is left out or replaced")
 
 
 def add_blender(parser: argparse.ArgumentParser) -> None:
@@ -119,7 +119,7 @@ def add_blender(parser: argparse.ArgumentParser) -> None:
 
 
 def given(options: argparse.Namespace, config: type[schema.Settings]) -> dict[str, Any]:
-    """The settings flags of a class that stand on the command line, by flat name."""
+    """The given flags for settings of a class, by flat name."""
     return {name: getattr(options, name) for name, _ in flat.flags(config) if hasattr(options, name)}
 
 
@@ -129,7 +129,7 @@ def machine_of(options: argparse.Namespace) -> Machine:
 
 
 def render_settings(options: argparse.Namespace, base: Render) -> Render:
-    """The settings of a render: of a preset or file, or else `base`; then the flags. InputError where the file cannot be read."""
+    """The settings of a render: a preset, a file, or otherwise `base`, changed by the flags. InputError if the file cannot be read."""
     base = method(options.preset) if options.preset else base
     if options.settings:
         base = schema.from_file(Render, options.settings, str(options.settings))
@@ -137,7 +137,7 @@ def render_settings(options: argparse.Namespace, base: Render) -> Render:
 
 
 def comparison(options: argparse.Namespace, base: Comparison) -> Comparison:
-    """The comparison that was asked for: `base`, but for the flags."""
+    """The requested comparison: `base`, changed by the flags."""
     changes = {name: getattr(options, name) for name in _FLAGS if hasattr(options, name)}
     if "reference_file" in changes:
         changes |= {"reference": "FILE", "reference_file": changes["reference_file"].absolute()}
@@ -150,7 +150,7 @@ def comparison_of_methods(options: argparse.Namespace) -> Comparison:
 
 
 def _methods(options: argparse.Namespace) -> schema.Named[Render]:
-    """Each method with the flags that concern it. InputError on a flag that concerns none."""
+    """Each method with the flags for its settings. InputError on a flag that fits no method."""
     named = [(name, method(name)) for name in options.methods.split(",")]
     flags = given(options, Render)
     for flag in flags:
@@ -175,5 +175,5 @@ def tell_losses(bundle: Path, losses: Sequence[Loss]) -> None:
 
 
 def failed_runs(count: int) -> str:
-    """What a command ends with where runs failed."""
+    """The final line of a command if runs failed."""
     return f"{count} of the runs failed, as told above; the same command tries them again"

@@ -17,9 +17,9 @@ def flags(config: type[Settings], scope: str = "") -> Iterator[tuple[str, Entry]
 
 
 def override(config: SettingsType, changes: Mapping[str, Any]) -> SettingsType:
-    """Replace settings by their flat names (see `flags`); a chosen variant keeps its values if it is the present one.
+    """Replace settings by their flat names (see `flags`). If a change chooses the present variant, the variant keeps its values.
 
-    SettingsError where a name does not exist or belongs to a variant that is not chosen.
+    SettingsError if a name does not exist, or belongs to a variant that is not chosen.
     """
     known = dict(flags(type(config)))
     for name in changes:

@@ -8,23 +8,23 @@ from .schema import Settings, setting
 
 
 class EncoderSettings(Settings):
-    """Base of encoders' settings: they say how large an encoder is, for panels, which run where there is no torch."""
+    """Base of encoders' settings. They compute the size of an encoder for panels, because Blender has no torch."""
 
     def outputs(self) -> int:
-        """How many numbers the Q network reads."""
+        """The number of inputs of the Q network."""
         raise NotImplementedError
 
     def layers_of_its_own(self) -> tuple[int, ...]:
-        """The width of what enters the encoder's own dense layers, and of what leaves each; empty where it has none."""
+        """The widths of the encoder's own dense layers: of their input, and of each output. Empty if it has no layers."""
         return ()
 
     def trained(self) -> int:
-        """How many numbers of the encoder are trained."""
+        """The number of trained parameters of the encoder."""
         return weights_of(self.layers_of_its_own())
 
 
 def weights_of(widths: tuple[int, ...]) -> int:
-    """How many weights and biases dense layers of these widths have."""
+    """The number of weights and biases of dense layers with these widths."""
     return sum((fan_in + 1) * fan_out for fan_in, fan_out in pairwise(widths))
 
 
@@ -32,10 +32,10 @@ class GuideSettings(Settings):
     """Base of guides' settings."""
 
     learns: ClassVar[bool] = True
-    recorded: int = 0  # transitions of each sample per pixel that the guide asks for, about
+    recorded: int = 0  # approximate number of transitions per sample per pixel that the guide learns from
 
     def least(self) -> Self:
-        """Settings by which a render needs the same kernels and libraries, with the least work."""
+        """Settings with the same kernels and libraries as these, but with the least work."""
         return self
 
 
@@ -63,9 +63,9 @@ class RBF(EncoderSettings, label="Radial Basis Functions"):
 
     across: int = setting(6, "Centres along each of the scene's horizontal sides.", min=1, max=64, soft=(1, 16), label="Centres Across")
     up: int = setting(3, "Centres along the scene's height.", min=1, max=64, soft=(1, 16), label="Centres Up")
-    sigma: float = setting(1.0, "Width of a curve, where the scene reaches from -1 to 1.", min=1e-3, max=100.0, soft=(0.1, 4.0))
+    sigma: float = setting(1.0, "Width of a curve; the scene reaches from -1 to 1.", min=1e-3, max=100.0, soft=(0.1, 4.0))
     width: int = setting(64, "Neurons in both hidden layers of the mixing network.", min=1, max=4096, soft=(1, 256), label="Mixing Width")
-    features: int = setting(24, "Numbers that the mixing network yields; the Q network reads 6 more.", min=1, max=1024, soft=(1, 128))
+    features: int = setting(24, "Outputs of the mixing network; the Q network has 6 more inputs.", min=1, max=1024, soft=(1, 128))
 
     def outputs(self) -> int:
         return 6 + self.features
@@ -78,16 +78,23 @@ class RBF(EncoderSettings, label="Radial Basis Functions"):
 class BSpline(EncoderSettings, label="B-Splines"):
     """Quadratic B-splines along each axis, whose knots and weights a small network yields."""
 
-    reads: Literal["point", "matrix"] = setting("point", "What the small network reads: the point, or a learnt matrix of the scene.")
+    reads: Literal["point", "matrix"] = setting("point", "Input of the small network: the point, or a learnt matrix of the scene.")
     matrix_columns: int = setting(
-        1, "Columns s of the learnt matrix; each brings features of its own.", min=1, max=64, soft=(1, 8), when=("reads", "matrix")
+        1,
+        "Columns s of the learnt matrix; each column gives its own set of features.",
+        min=1,
+        max=64,
+        soft=(1, 8),
+        when=("reads", "matrix"),
     )
-    features: int = setting(8, "Features along each axis; the Q network reads 6 + 3 times as many numbers.", min=1, max=256, soft=(1, 32))
-    knots: int = setting(9, "Splines k that one feature is the sum of.", min=1, max=64, soft=(1, 16))
+    features: int = setting(
+        8, "Features n along each axis; with s sets of features the Q network reads 6 + 3 n s numbers.", min=1, max=256, soft=(1, 32)
+    )
+    knots: int = setting(9, "One feature is the sum of k splines; this is k.", min=1, max=64, soft=(1, 16))
     width: int = setting(64, "Neurons in both hidden layers of the small network.", min=1, max=4096, soft=(1, 256), label="Small Width")
 
     def sets(self) -> int:
-        """How many sets of features there are: s, or 1 where the small network reads the point."""
+        """The number of sets of features: s, or 1 if the small network reads the point."""
         return self.matrix_columns if self.reads == "matrix" else 1
 
     def outputs(self) -> int:
@@ -130,14 +137,20 @@ class QTable(GuideSettings, label="Q-Table"):
     bsdf_fraction: float = setting(
         0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, unit="share", label="BSDF Fraction"
     )
-    second_moment: bool = setting(True, "Draw by the root of the mean square of the radiance instead of its mean.")
+    second_moment: bool = setting(True, "Draw a patch by sqrt(mean(L^2)) instead of mean(L), where L is the radiance through the patch.")
     cells: int = setting(32, "Cells along the scene's longest side.", min=1, max=1024, soft=(1, 128), panel="Table")
     levels: int = setting(
-        5, "Sizes of cells, each twice the last, from which seldom visited ones borrow; 1 is the plain table.", min=1, max=12
+        5, "Number of cell sizes, each twice the last; cells with few visits borrow from larger cells. 1 is the plain table.", min=1, max=12
     )
-    prior: float = setting(4.0, "Visits that count for what a cell borrows from the next larger one.", min=1e-3, max=1e6, soft=(0.1, 32.0))
+    prior: float = setting(
+        4.0,
+        "Prior p: with n visits a cell's own mean has weight n / (n + p), the next larger cell has the rest.",
+        min=1e-3,
+        max=1e6,
+        soft=(0.1, 32.0),
+    )
     recorded: int = setting(
-        1_000_000, "Transitions to learn from of each sample per pixel, about.", min=1, max=10_000_000, panel="Learning"
+        1_000_000, "Approximate number of transitions per sample per pixel to learn from.", min=1, max=10_000_000, panel="Learning"
     )
 
     def least(self) -> Self:
@@ -148,11 +161,11 @@ class QTable(GuideSettings, label="Q-Table"):
 class DQN(GuideSettings, label="Deep Q-Network"):
     """A deep Q-network learns the incident radiance while the image renders."""
 
-    encoder: Encoder = setting(Frequency(), "How a surface point is presented to the network.", panel="Encoder")
+    encoder: Encoder = setting(Frequency(), "Encoding of a surface point as the input of the network.", panel="Encoder")
     layers: int = setting(3, "Number of dense layers.", min=1, max=16, soft=(1, 8), panel="Network")
     width: int = setting(96, "Neurons in each hidden layer.", min=1, max=4096, soft=(1, 1024))
     activation: Literal["relu", "silu", "tanh"] = setting(
-        "relu", "What stands between the layers.", choices={"relu": "ReLU", "silu": "SiLU", "tanh": "Tanh"}
+        "relu", "Activation function between the layers.", choices={"relu": "ReLU", "silu": "SiLU", "tanh": "Tanh"}
     )
     rows: int = setting(15, "Patches of the hemisphere along cos(theta).", min=1, max=64, label="Patch Rows", panel="Directions")
     columns: int = setting(24, "Patches of the hemisphere along phi.", min=1, max=128, soft=(1, 64))
@@ -163,11 +176,15 @@ class DQN(GuideSettings, label="Deep Q-Network"):
         0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, unit="share", label="BSDF Fraction"
     )
     cells: int = setting(
-        32, "Cells along the scene's longest side; the network is laid out as a table over them.", min=1, max=1024, soft=(1, 128)
+        32,
+        "Cells along the scene's longest side; after each pass the network is evaluated once for each cell.",
+        min=1,
+        max=1024,
+        soft=(1, 128),
     )
     loss: Literal["dqn", "cdqn"] = setting(
         "dqn",
-        "Of the target network alone, or the larger of its loss and the online network's own (C-DQN).",
+        "Loss with the target network's Q in the target (DQN), or the larger of this and the loss with the online network's Q (C-DQN).",
         choices={"dqn": "DQN", "cdqn": "C-DQN"},
         panel="Learning",
     )
@@ -179,20 +196,22 @@ class DQN(GuideSettings, label="Deep Q-Network"):
     )
     decay: float = setting(
         0.998,
-        "Factor of the exponential schedule for each step.",
+        "Factor per step of the exponential schedule.",
         min=0.5,
         max=1.0,
         soft=(0.9, 1.0),
         when=("schedule", "exponential"),
     )
-    tau: float = setting(0.1, "Share of the online network that enters the target network after each step.", min=0.0, max=1.0, unit="share")
-    first_steps: int = setting(300, "Training steps the first time, when there is most to learn.", min=0, max=100_000, soft=(0, 2000))
+    tau: float = setting(
+        0.1, "Share tau: after each step, target network = (1 - tau) target network + tau online network.", min=0.0, max=1.0, unit="share"
+    )
+    first_steps: int = setting(300, "Training steps of the first training, which has most to learn.", min=0, max=100_000, soft=(0, 2000))
     steps: int = setting(24, "Training steps after each further sample per pixel.", min=0, max=100_000, soft=(0, 500))
-    max_steps: int = setting(100_000, "Training steps in all.", min=0, max=10_000_000)
+    max_steps: int = setting(100_000, "Maximal number of training steps in all.", min=0, max=10_000_000)
     memory: int = setting(
         500_000, "Transitions that the replay memory holds.", min=1, max=10_000_000, label="Capacity", panel="Replay Memory"
     )
-    recorded: int = setting(250_000, "Transitions to remember of each sample per pixel, about.", min=1, max=10_000_000)
+    recorded: int = setting(250_000, "Approximate number of transitions per sample per pixel to store.", min=1, max=10_000_000)
     learning_starts: int = setting(8_192, "Transitions in memory before the first training step.", min=1, max=10_000_000)
     batch: int = setting(4_096, "Transitions in one training step.", min=1, max=1_000_000, soft=(1, 65_536))
 
@@ -200,11 +219,11 @@ class DQN(GuideSettings, label="Deep Q-Network"):
         return type(self)(layers=1, width=1, rows=1, columns=2, learning_starts=1, batch=2, first_steps=1, steps=1)
 
     def widths(self) -> tuple[int, ...]:
-        """Of what enters the network and of what leaves each dense layer, last the patches."""
+        """The widths of the network's input and of the output of each dense layer; the last is the number of patches."""
         return (self.encoder.outputs(), *[self.width] * (self.layers - 1), self.rows * self.columns)
 
     def trained(self) -> int:
-        """How many numbers are trained, the encoder's among them."""
+        """The number of trained parameters, including the encoder's."""
         return weights_of(self.widths()) + self.encoder.trained()
 
 

@@ -1,4 +1,4 @@
-"""The passes that a render hands over beside its image. Blender imports this, too."""
+"""The passes of a render beside its image. The add-on imports this, too."""
 
 # Name, as in Cycles -> names of its channels in files.
 LAYERS = {

@@ -1,4 +1,4 @@
-"""Locks folders of results: one program at a time writes to each, and the lock names it."""
+"""Locks folders of results: only one program at a time writes to a folder, and the lock file has its name."""
 
 import contextlib
 import fcntl
@@ -13,15 +13,15 @@ from pathlib import Path
 from .errors import InputError, check_writable
 from .notices import tell
 
-LOCK = ".lock"  # the file that a folder is locked by
-_TRIES = 100  # to lock a folder that others make, lock and remove meanwhile
+LOCK = ".lock"  # the lock file in a folder
+_TRIES = 100  # attempts to lock a folder while others make, lock and remove it
 
 
 @contextlib.contextmanager
 def writing(*folders: Path) -> Iterator[None]:
-    """For the length of the block the folders exist, can be written to, and are locked: nobody else in a block like this writes to them.
+    """In the block the folders exist, are writable, and are locked: no other process in such a block writes to them.
 
-    InputError if that cannot be; it names the process that holds a lock. Folders made here are removed if they stay empty.
+    InputError if that is not possible; it names the process with the lock. Folders that are made here are removed if they stay empty.
     """
     with contextlib.ExitStack() as stack:
         for folder in folders:
@@ -38,7 +38,7 @@ def _writing(folder: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            with contextlib.suppress(OSError):  # it is removed while it is held: see `_is_there`
+            with contextlib.suppress(OSError):  # the lock file is removed while the lock is held, see `_is_there`
                 (folder / LOCK).unlink()
             os.close(lock)
     finally:
@@ -48,12 +48,12 @@ def _writing(folder: Path) -> Iterator[None]:
 
 
 def _locked(folder: Path) -> int:
-    """The descriptor that holds the lock; whatever ends the process frees it."""
+    """The descriptor that holds the lock. If the process ends in any way, the system frees the lock."""
     path = folder / LOCK
     for _ in range(_TRIES):
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)  # a link, in a folder of others, could lead anywhere
+            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)  # because a link in a stranger's folder could lead anywhere
         except FileNotFoundError:
             continue  # the process that made the folder has just removed it
         except OSError as error:
@@ -65,7 +65,7 @@ def _locked(folder: Path) -> int:
 
 
 def _lock(lock: int, folder: Path) -> bool:
-    """Lock the file, or tell by a notice that the file system has no locks. InputError if another process holds the lock."""
+    """Lock the file. If the file system has no locks, a notice says so. InputError if another process holds the lock."""
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
@@ -74,14 +74,14 @@ def _lock(lock: int, folder: Path) -> bool:
         raise InputError(f"{folder} is being written to by {holder}: wait for it, or choose another folder") from error
     except OSError as error:
         tell(f"{folder} cannot be locked ({error.strerror or error}): take care that nothing else writes to it")
-    with contextlib.suppress(OSError):  # a full disk: the lock holds without a name
+    with contextlib.suppress(OSError):  # on a full disk the lock works without a name
         os.ftruncate(lock, 0)
         os.write(lock, _ourselves().encode(errors="replace"))
     return True
 
 
 def _is_there(lock: int, path: Path) -> bool:
-    """Whether the locked file is the one that others find: its last holder may have removed it since it was opened."""
+    """Whether the locked file still has its name. Its last holder may have removed it after we opened it."""
     try:
         return os.path.samestat(os.fstat(lock), path.stat())
     except FileNotFoundError:

@@ -1,11 +1,11 @@
-"""How much memory this process can still have, and a part of what it will take. Standard library only: the add-on reads bundles, too."""
+"""The memory that this process can still get, and the parts of its need. Standard library only, because the add-on reads bundles, too."""
 
 import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-# At least this share of what is told was taken: of what follows from sizes, and of what depends on where paths go, as cells of guides do.
+# Minimal measured / estimated memory: of a part that follows from sizes, and of a part that depends on the paths, such as a guide's cells.
 MEASURED, GUESSED = 0.75, 0.4
 _UNLIMITED = 1 << 62  # bytes
 _PROC = Path("/proc")
@@ -17,8 +17,8 @@ class Part(NamedTuple):
 
     name: str
     bytes: float
-    lower: str  # what makes it less
-    sure: float = MEASURED  # share of `bytes` that is taken whatever happens
+    lower: str  # the setting that reduces it
+    sure: float = MEASURED  # share of `bytes` that is certainly taken
 
 
 class _Left(NamedTuple):
@@ -30,12 +30,12 @@ class _Left(NamedTuple):
 
 
 def free() -> int:
-    """Bytes that can be taken without anything being swapped out, within the limits of all control groups around this process."""
+    """Bytes that this process can take without swapping, within the limits of all its control groups."""
     return min(left.memory for left in _lefts())
 
 
 def available() -> int:
-    """Bytes that can be taken at all: the `free` ones and those of swap. Taking more is sure to fail."""
+    """The maximal bytes that this process can take: `free` plus swap. More is sure to fail."""
     memory, swap, both = map(min, zip(*_lefts(), strict=True))
     return min(memory + swap, both)
 
@@ -55,7 +55,7 @@ def _of_machine() -> _Left:
 
 
 def _of_groups() -> Iterator[_Left]:
-    """The room left in each control group of this process, of both versions, from its own to the outermost."""
+    """The free memory in each control group of this process, of both versions, from the innermost to the outermost."""
     try:
         lines = (_PROC / "self" / "cgroup").read_text(encoding="utf-8").splitlines()
     except (OSError, ValueError):  # another system
@@ -63,7 +63,7 @@ def _of_groups() -> Iterator[_Left]:
     for _, controllers, path in (line.split(":", 2) for line in lines):
         if controllers in ("", "memory"):
             root, left = (_GROUPS / "memory", _of_version_1) if controllers else (_GROUPS, _of_version_2)
-            own = root / path.removeprefix("/")  # in a container it may be the host's, which is not there; the root is then its own
+            own = root / path.removeprefix("/")  # in a container this host path may not exist; the root is then its own group
             yield from (left(folder) for folder in (own, *own.parents) if folder.is_relative_to(root))
 
 
@@ -81,7 +81,7 @@ def _of_version_2(group: Path) -> _Left:
 
 
 def _given_back(group: Path, *names: str) -> int:
-    """Bytes that the kernel takes back when others need them: pages of files, except of files in memory (/dev/shm)."""
+    """Bytes that the kernel reclaims on demand: pages of files, except files in memory (/dev/shm)."""
     try:
         rows = [line.split() for line in (group / "memory.stat").read_text(encoding="ascii").splitlines()]
         return sum(int(count) for name, count in rows if name in names)
@@ -90,7 +90,7 @@ def _given_back(group: Path, *names: str) -> int:
 
 
 def _difference(group: Path, most: str, taken: str) -> int:
-    """The number in one file of a group less that in another; unlimited where there is none, or "max"."""
+    """The number in one file of a group minus the number in another. Unlimited if a file is missing or contains "max"."""
     try:
         return int((group / most).read_text(encoding="ascii")) - int((group / taken).read_text(encoding="ascii"))
     except (OSError, ValueError):

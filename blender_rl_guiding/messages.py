@@ -33,7 +33,7 @@ _Positive = Annotated[int, Range(1, 2**31 - 1)]
 _Number = Annotated[float, Range(-1e30, 1e30)]
 _Seconds = Annotated[float, Range(0, 1e12)]
 _Share = Annotated[float, Range(0, 1)]
-_Settings = dict[str, Any]  # of `Render`, `Comparison` or `Machine`: `schema.from_dict` reads them
+_Settings = dict[str, Any]  # settings of `Render`, `Comparison` or `Machine`, for `schema.from_dict`
 
 
 # --- jobs ------------------------------------------------------------------------------------------------------------
@@ -41,17 +41,17 @@ _Settings = dict[str, Any]  # of `Render`, `Comparison` or `Machine`: `schema.fr
 
 @dataclass(frozen=True)
 class Rest:
-    """Nobody needs the worker for now: it ends by itself after a while."""
+    """The worker is not needed for now. After some time without a job it ends by itself."""
 
 
 @dataclass(frozen=True)
 class Wake:
-    """Somebody needs it again, though not at once."""
+    """The worker will soon be needed again, so it must not end."""
 
 
 @dataclass(frozen=True)
 class Prepare:
-    """Compile or load what a render with these settings needs, while its scene is still being made."""
+    """Compile or load the kernels and libraries for these settings, while the scene is still being exported."""
 
     settings: _Settings
     machine: _Settings = field(default_factory=dict)
@@ -59,19 +59,19 @@ class Prepare:
 
 @dataclass(frozen=True)
 class Render:
-    """Render a bundle: images into the folder `frames`, the run into the folder `out`; neither where None."""
+    """Render a bundle: images go into the folder `frames`, the run into the folder `out`. With None they are not written."""
 
     bundle: _Path
     settings: _Settings
     machine: _Settings = field(default_factory=dict)
     frames: _Path | None = None
     out: _Path | None = None
-    method: Name | None = None  # the run's name; None takes the guide's
+    method: Name | None = None  # the run's name; None for the guide's name
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference that somebody has made."""
+    """A reference from a file."""
 
     file: _Path  # an EXR image
     about: str  # its description in the report
@@ -85,7 +85,7 @@ class Compare:
     comparison: _Settings
     out: _Path
     command: str  # how it was started, for the report
-    cycles: Reference | None = None  # the reference by Cycles, where the comparison asks for that
+    cycles: Reference | None = None  # the reference by Cycles, if the comparison uses one
     jobs: Annotated[int, Range(1, 1024)] = 1  # runs at a time
     machine: _Settings = field(default_factory=dict)
 
@@ -121,7 +121,7 @@ def read_job(line: bytes) -> Job:
     name, values = _named(line, "job", JOBS)
     kind = JOBS[name]
     if unknown := values.keys() - {known.name for known in fields(kind)}:
-        raise MalformedError(f"{name} has {shown(min(unknown))}, which is nothing of it")
+        raise MalformedError(f"{name} has {shown(min(unknown))}, which is none of its fields")
     return read(kind, values, name, loose=True)
 
 
@@ -130,21 +130,21 @@ def read_job(line: bytes) -> Job:
 
 @dataclass(frozen=True)
 class Ready:
-    """It can be given jobs."""
+    """The worker is ready for jobs."""
 
     version: str
 
 
 @dataclass(frozen=True)
 class Note:
-    """A line that stays."""
+    """A line for the log."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Status:
-    """The step under way, and the share of it that is done."""
+    """The running step, and its finished share."""
 
     text: str
     share: _Share
@@ -152,19 +152,19 @@ class Status:
 
 @dataclass(frozen=True)
 class Pass:
-    """How far an image is."""
+    """The progress of an image."""
 
     samples: _Positive
     of: _Positive
     seconds: _Seconds
     left: _Seconds
     shown: bool  # whether the image so far was written
-    learning: dict[str, int | float]  # loss, steps, cells, as far as there are any
+    learning: dict[str, int | float]  # loss, steps, cells, if the guide has them
 
 
 @dataclass(frozen=True)
 class Error:
-    """A job failed for a reason that the user can mend."""
+    """A job failed for a reason that the user can fix."""
 
     text: str
 
@@ -198,7 +198,7 @@ class _Row:
     seconds: _Seconds
     samples_per_second: _Number
     learn_share: _Number
-    equal_time: float | None  # infinite where the baseline has no error
+    equal_time: float | None  # infinite if the baseline's error is 0
 
 
 @dataclass(frozen=True)
@@ -237,7 +237,7 @@ def read_event(line: bytes) -> dict[str, Any]:
 
 
 def check_outcome(job: str, event: dict[str, Any]) -> None:
-    """MalformedError where `done` lacks a field of the job's outcome."""
+    """MalformedError if `done` lacks a field of the job's outcome."""
     read(OUTCOMES[job], event, "done", loose=True)
 
 
@@ -255,7 +255,7 @@ def _named(line: bytes, what: str, known: dict[str, Any]) -> tuple[str, dict[str
 
 
 def lines(stream: IO[bytes]) -> Iterator[bytes]:
-    """The lines of a pipe until its end; one that is too long is cut, just so that it can be told."""
+    """The lines of a pipe until its end. A line that is too long is cut just above the limit, so that the reader can detect it."""
     read_on: Callable[[int], bytes] = stream.readline
     while line := read_on(LONGEST + 1):
         rest = line

@@ -1,6 +1,6 @@
-"""Lines for the user. Whoever has something to say calls `tell`; a terminal, the worker or Blender listens.
+"""Lines for the user. Code calls `tell`; a terminal, the worker or Blender listens and shows the line.
 
-Standard library only: the add-on tells some, too.
+Standard library only, because the add-on calls `tell`, too.
 """
 
 import sys
@@ -25,7 +25,7 @@ def tell(line: str, again: bool = False) -> None:
 
 @contextmanager
 def heard_by(note: Callable[[str], None]) -> Iterator[None]:
-    """Lines go to `note` for the length of the block."""
+    """In the block, lines go to `note`."""
     _TOLD.clear()
     _LISTENERS.append(note)
     try:

@@ -1,6 +1,6 @@
-"""Reads arrays from .npz files that anyone may have made: checks sizes before it takes memory, and unpickles no objects.
+"""Reads arrays from .npz files, also from strangers: it checks sizes before it allocates memory, and unpickles no objects.
 
-Needs nothing but numpy, because the add-on reads such files inside Blender's own Python (3.11 or newer).
+Needs only numpy, because the add-on reads such files inside Blender's own Python (3.11 or newer).
 """
 
 import io
@@ -20,22 +20,22 @@ from .errors import InputError, trying_to
 from .memory import available, in_words
 from .strings import one_line
 
-# Errors of zipfile, numpy and zlib for a wrong byte; NotImplementedError is a RuntimeError, UnicodeError a ValueError.
+# Errors of zipfile, numpy and zlib on a wrong byte. NotImplementedError is a RuntimeError, UnicodeError is a ValueError.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, EOFError, ArithmeticError, AttributeError)
 _DAMAGE += (LookupError, RuntimeError, TypeError, ValueError, AssertionError)
 
 
-PARSED = 24  # bytes that Python may make of a byte of text in an array, with four bytes a character: "[[],[]]" is the worst
-MOST_AT_ONCE = 1 << 24  # bytes that are read from a file in one go
-_PACKINGS = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED  # numpy's own; of others Python unpacks without limit
+PARSED = 24  # maximal bytes in Python per byte of JSON text in an array with four bytes per character; the worst case is "[[],[]]"
+MOST_AT_ONCE = 1 << 24  # maximal bytes of one read from a file
+_PACKINGS = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED  # the methods that numpy uses; with others Python may unpack without limit
 
 
 class DamagedError(InputError):
-    """A file was read, but is not of its kind, or is damaged."""
+    """A file was read, but is of the wrong kind or damaged."""
 
 
 class _Sparing(io.FileIO):
-    """A file that refuses to be read in large parts: zipfile reads the list of members whole, and makes ten times as much of it."""
+    """A file that refuses large reads: zipfile reads the whole list of members at once, and needs ten times its size in memory."""
 
     def read(self, size: int | None = -1, /) -> Any:
         if size and size > MOST_AT_ONCE:
@@ -44,7 +44,7 @@ class _Sparing(io.FileIO):
 
 
 class Archive:
-    """An open file. Its faults are ValueErrors, or other errors that `opened` turns into InputErrors."""
+    """An open file. On faults it raises ValueErrors or other errors; `opened` turns them into InputErrors."""
 
     def __init__(self, file: zipfile.ZipFile) -> None:
         self._file = file
@@ -52,7 +52,7 @@ class Archive:
 
     @property
     def bytes(self) -> int:
-        """Bytes of all arrays, as the file claims. `array` checks the claim before it takes memory."""
+        """Bytes of all arrays according to the file. `array` checks this before it allocates memory."""
         return sum(info.file_size for info in self._members.values())
 
     def text(self, name: str) -> str:
@@ -63,7 +63,7 @@ class Archive:
         return str(array)
 
     def array(self, name: str, dtypes: Sequence[Any], shape: Sequence[int | None]) -> np.ndarray:
-        """An array of one of the types and of a shape in which None is any length."""
+        """An array with one of these types, and with this shape, where None is any length."""
 
         def fits(dtype: np.dtype[Any], found: tuple[int, ...]) -> bool:
             return (
@@ -92,7 +92,7 @@ class Archive:
                 raise ValueError(f"{name} claims to be {dtype}{shape}, but has {info.file_size} bytes")
             array = np.empty(shape[::-1] if transposed else shape, dtype)
             _fill(array, stream, name)
-        return np.ascontiguousarray(array.T) if transposed else array  # kernels and Embree take rows to follow each other
+        return np.ascontiguousarray(array.T) if transposed else array  # kernels and Embree need contiguous rows
 
 
 def _fill(array: np.ndarray, stream: Any, name: str) -> None:
@@ -102,13 +102,13 @@ def _fill(array: np.ndarray, stream: Any, name: str) -> None:
         if not count:
             raise ValueError(f"{name} ends early")
         rest = rest[count:]
-    if stream.read(1):  # at the end the checksum is compared
+    if stream.read(1):  # reading to the end also checks the checksum
         raise ValueError(f"{name} goes on after its end")
 
 
 @contextmanager
 def opened(path: Path, what: str) -> Iterator[Archive]:
-    """The open file. InputError if it cannot be read or does not fit into memory, DamagedError if it is no `what`."""
+    """The open file. InputError if it cannot be read or does not fit into memory, DamagedError if it is not `what`."""
     try:
         with trying_to(f"read {path}"), _Sparing(path) as stream, zipfile.ZipFile(stream) as file:
             archive = Archive(file)

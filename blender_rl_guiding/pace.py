@@ -1,13 +1,13 @@
-"""How far a render has come, for the renderer and for Blender. Standard library only."""
+"""The progress of a render, for the renderer and for Blender. Standard library only."""
 
 from typing import NamedTuple
 
 
 class Pace(NamedTuple):
-    """Times of a render under way."""
+    """Times of a running render."""
 
-    seconds: float  # that it has taken
-    left: float  # seconds that it will still take
+    seconds: float  # seconds so far
+    left: float  # estimated remaining seconds
 
     @property
     def share(self) -> float:

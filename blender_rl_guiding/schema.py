@@ -1,4 +1,4 @@
-"""The declaration of settings: fields, limits, variants, help. JSON goes in and out here.
+"""The declaration of settings: fields, limits, variants, help; and the conversion from and to JSON.
 
 A settings class is a frozen dataclass that derives from `Settings`; `setting(...)` declares each field. A field is one of
 - bool, int, float, `Path`, `Pixel`,
@@ -20,7 +20,7 @@ from .errors import InputError, trying_to
 from .strings import fault_of_name
 from .typed import load, shown
 
-LARGEST = 1 << 1023  # whole number that surely is a float, too
+LARGEST = 1 << 1023  # largest whole number that is certainly exact as a float
 
 
 class SettingsError(InputError):
@@ -36,7 +36,7 @@ class Choice(NamedTuple):
 
     label: str  # empty: panels do not offer it
     doc: str = ""
-    number: int | None = None  # stands for it in a .blend; None: one made from its name
+    number: int | None = None  # its number in a .blend; None for a number made from its name
 
 
 def setting(
@@ -54,9 +54,9 @@ def setting(
 ) -> Any:
     """Declare one setting: its default, one sentence of help and its inclusive limits. The rest is for panels.
 
-    `soft`: the limits that dragging keeps to.
+    `soft`: the limits for dragging with the mouse.
     `label`: the name in panels; without it, the field's own.
-    `choices`: label, or label and help, of each value of a choice whose name will not do.
+    `choices`: label, or label and help, of each value whose name is not good enough as a label.
     `panel`: the setting opens a panel of this title. Settings declared after it join the panel.
     `when`: a choice of the same class, and its value. With any other value the setting has no effect.
     """
@@ -78,7 +78,7 @@ def setting(
 class Settings:
     """Base of every settings class. No instance is outside its limits.
 
-    `kind` is the class's name in files and on the command line, `label` its name for people. Without them the class's own name does.
+    `kind` is the name in files and on the command line, `label` the name in panels. The default of both is the class's own name.
     """
 
     kind: ClassVar[str]
@@ -96,7 +96,7 @@ class Settings:
 SettingsType = TypeVar("SettingsType", bound=Settings)
 
 
-Named = tuple[tuple[str, SettingsType], ...]  # each name once; each can be the name of a folder
+Named = tuple[tuple[str, SettingsType], ...]  # names are unique, and valid as names of folders
 SettingsClass = type[Settings]
 Variants = dict[str, SettingsClass]  # by kind
 
@@ -109,19 +109,19 @@ class Entry:
     type: Any  # bool, int, float, Path, Pixel, str for a choice, Settings for a variant, Named
     default: Any
     doc: str
-    label: str  # what a panel shows
+    label: str  # its name in panels
     limits: tuple[float | None, float | None]
     soft: tuple[float | None, float | None]  # `limits`, or narrower
     unit: Unit
     choices: dict[str, Choice]  # by value; empty unless the field is a Literal
     variants: Variants  # empty unless the field is a union of settings classes
-    of: SettingsClass | None  # the class of the settings that have names; None unless the field is Named
-    panel: str  # title; empty where the field is shown with the menu that its class is chosen from
-    when: tuple[str, str] | None  # another field, and the value that it must have for this one to have an effect
+    of: SettingsClass | None  # the class of the named settings; None unless the field is Named
+    panel: str  # title; if empty, the field is drawn below the menu in which its class is chosen
+    when: tuple[str, str] | None  # another field, and its value for which this field has an effect
 
     @property
     def range(self) -> str:
-        """The limits in words; empty where there are none."""
+        """The limits in words; empty if there are none."""
         words = zip(("at least", "at most"), self.limits, strict=True)
         return " and ".join(f"{word} {limit}" for word, limit in words if limit is not None)
 
@@ -147,7 +147,7 @@ def _choice(said: str | Choice) -> Choice:
 
 
 def _class_of_named(hint: Any) -> type[Settings] | None:
-    """X where a type is Named[X]."""
+    """X if a type is Named[X], otherwise None."""
     of = get_args(hint)
     return get_args(of[0])[1] if of[1:] == (...,) else None
 
@@ -234,7 +234,7 @@ def from_dict(config: type[SettingsType], values: Any) -> SettingsType:
 
 
 def from_file(config: type[SettingsType], path: Path, called: str) -> SettingsType:
-    """Settings from a file of JSON. InputError where it cannot be read or has a fault, before which stands how it is `called`."""
+    """Settings from a file of JSON. InputError if it cannot be read or has a fault, before which stands how it is `called`."""
     with trying_to(f"read {path}"):
         try:
             return from_dict(config, load(path))
@@ -243,7 +243,7 @@ def from_file(config: type[SettingsType], path: Path, called: str) -> SettingsTy
 
 
 def _read(entry: Entry, value: Any, path: str) -> Any:
-    """Settings from what `_plain` made of them; all else as it is, for the class to check."""
+    """Settings from the output of `_plain`; other values unchanged, because the class checks them."""
     if entry.variants:
         rest = dict(value) if isinstance(value, Mapping) else {"kind": value}
         return from_dict(variant_of(entry, rest.pop("kind", None), path), rest)
@@ -253,7 +253,7 @@ def _read(entry: Entry, value: Any, path: str) -> Any:
 
 
 def named(entry: Entry, name: Any, make: Callable[..., Settings], *arguments: Any) -> Any:
-    """Make one of named settings. SettingsError has its name."""
+    """Make the settings with this name. A SettingsError contains the name."""
     try:
         return make(*arguments)
     except SettingsError as error:
@@ -268,6 +268,6 @@ def variant_of(entry: Entry, kind: Any, path: str) -> type[Settings]:
 
 
 def hint(name: Any, known: Iterable[str]) -> str:
-    """A question after the known name that is most like a wrong one; empty where none is."""
+    """A question that suggests the known name closest to a wrong name; empty if no name is close."""
     close = difflib.get_close_matches(str(name), list(known), n=1)
     return f"; did you mean {close[0]!r}?" if close else ""

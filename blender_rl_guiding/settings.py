@@ -1,4 +1,6 @@
-"""Every setting of the renderer but those of guides (`guide_settings`). Command line, JSON, panels and the settings page follow."""
+"""All settings of the renderer; `guide_settings` has the guides'. Command line, JSON, panels and the settings page are generated from
+them.
+"""
 
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -11,7 +13,7 @@ from .schema import Settings, SettingsError, setting
 class Render(Settings):
     """What is rendered: these settings, the scene and nothing else decide the image."""
 
-    guide: Guide = setting(BSDF(), "How the next direction of a path is chosen.", panel="Method")
+    guide: Guide = setting(BSDF(), "The guide chooses the next direction of a path.", panel="Method")
     spp: int = setting(32, "Samples per pixel.", min=1, max=1_000_000, soft=(1, 4096), label="Samples", panel="Sampling")
     noise: float = setting(
         0.0,
@@ -23,7 +25,7 @@ class Render(Settings):
     )
     seconds: float = setting(
         0.0,
-        "Stop after so many seconds of rendering, whatever the samples; 0 takes all samples.",
+        "Stop after this many seconds of rendering, even with samples left; 0 is no limit.",
         min=0.0,
         soft=(0.0, 600.0),
         unit="seconds",
@@ -31,16 +33,17 @@ class Render(Settings):
     )
     seed: int = setting(0, "Seed of the random streams.", min=0, max=2**31 - 1)
     sampler: Literal["stratified", "independent"] = setting(
-        "stratified", "A pixel's samples share out their random numbers evenly, or each draws its own: noisier, as the slides have it."
+        "stratified",
+        "The samples of a pixel cover each random dimension evenly, or draw independent numbers as in the slides, with more noise.",
     )
     emphasis: float = setting(
-        0.0, "Sample i of a pixel counts i to this power: where a guide learns, later samples are better.", min=0.0, max=4.0
+        0.0, "Exponent e: sample i of a pixel has weight i^e; while a guide learns, later samples have less noise.", min=0.0, max=4.0
     )
     nee: bool = setting(
         True, "Sample the lights too, combined by multiple importance sampling.", label="Next-Event Estimation", panel="Light Paths"
     )
     max_bounces: int = setting(
-        -1, "Scattering events of the longest path: 0 shows emitters only, -1 takes the scene's.", min=-1, max=1024, soft=(-1, 64)
+        -1, "Scattering events of the longest path: 0 shows only emitters, -1 uses the scene's limits.", min=-1, max=1024, soft=(-1, 64)
     )
     passes: bool = setting(
         False,
@@ -56,7 +59,7 @@ class Preset:
     """Settings that have a name."""
 
     label: str
-    doc: str  # its purpose, one sentence
+    doc: str  # one sentence about its purpose
     settings: Render
 
 
@@ -76,7 +79,7 @@ def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, 
         memory=120_000,
         learning_starts=100_000,
         batch=8_192,
-        # How many steps follow a sample is not published; 32, or 1,000 in all, take three times as long.
+        # The number of training steps per sample is not published. With 32 steps, or 1,000 in all, a render takes three times as long.
         first_steps=10,
         steps=10,
         max_steps=1_000,
@@ -89,11 +92,15 @@ def _slides(encoder: Encoder, layers: int, width: int, rows: int, columns: int, 
 
 PRESETS = {
     "recommended": Preset(
-        "Recommended", "The best we know where lights are found by chance.", Render(nee=False, emphasis=0.5, guide=QTable())
+        "Recommended", "The best method that we know without light sampling.", Render(nee=False, emphasis=0.5, guide=QTable())
     ),
-    "recommended_nee": Preset("Recommended, Lights Sampled", "The best we know with next-event estimation.", Render(guide=QTable())),
+    "recommended_nee": Preset(
+        "Recommended, Lights Sampled", "The best method that we know with next-event estimation.", Render(guide=QTable())
+    ),
     "uniform_nee": Preset("Uniform, Lights Sampled", "The plainest path tracer with next-event estimation.", Render(guide=Uniform())),
-    "bsdf_nee": Preset("Material, Lights Sampled", "What every renderer does: the baseline to beat with next-event estimation.", Render()),
+    "bsdf_nee": Preset(
+        "Material, Lights Sampled", "The sampling of every renderer, with next-event estimation: the baseline to beat.", Render()
+    ),
     "dqn_nee": Preset("Deep Q-Network, Lights Sampled", "The network with next-event estimation.", Render(guide=DQN())),
     "slides_a_dqn": Preset(
         "Slides A: DQN", "As published for the scenes a1 to a3.", _slides(NoEncoding(), layers=2, width=1000, rows=9, columns=12)
@@ -132,7 +139,7 @@ PRESETS = {
 _GUIDES = {guide.kind: guide for guide in get_args(Guide)}
 METHODS = (*_GUIDES, *PRESETS)  # names of guides with their defaults, and of presets
 MOST_RUNS = 100_000  # of an experiment
-MOST_METHODS = 100  # of an experiment: figures show their images in a row
+MOST_METHODS = 100  # maximal number in an experiment, because figures show the images in a row
 
 
 def method(name: str) -> Render:
@@ -145,19 +152,19 @@ def method(name: str) -> Render:
 
 
 def recorded(values: dict[str, Any]) -> dict[str, Any]:
-    """The settings in a run's result.json. A run without `sampler` is older than that setting: it drew independent numbers."""
+    """The settings in a run's result.json. A run without `sampler` is older than this setting, so it drew independent numbers."""
     return {"sampler": "independent"} | values
 
 
 @dataclass(frozen=True)
 class Machine(Settings):
-    """How the work is laid out on this machine; the image does not depend on it."""
+    """Settings for this machine; the image does not depend on them."""
 
     threads: int = setting(0, "Rendering threads; 0 takes every core.", min=0, max=1024)
-    batch: int = setting(16_384, "Paths that a thread traces at a time, at most.", min=1, max=65_536)
+    batch: int = setting(16_384, "Maximal number of paths that a thread traces at a time.", min=1, max=65_536)
     checkpoint: float = setting(
         180.0,
-        "Seconds between two checkpoints, at least, from which a render that was ended goes on; 0 keeps none.",
+        "Minimal seconds between two checkpoints, with which an interrupted render continues; 0 writes none.",
         min=0.0,
         unit="seconds",
     )

@@ -1,4 +1,4 @@
-"""Reads JSON into values of annotated types. All JSON that strangers may have written goes through here.
+"""Reads JSON into values of annotated types. All JSON that may come from strangers is read here.
 
 Standard library only: Blender's own Python (3.11 or newer) imports this to write bundles.
 """
@@ -21,7 +21,7 @@ from .strings import one_line, printable
 
 
 class MalformedError(ValueError):
-    """A value that is not of its type; the message is one line that names it."""
+    """A value of the wrong type. The message is one line that names the value."""
 
     def __init__(self, text: str) -> None:
         super().__init__(printable(text))
@@ -29,7 +29,7 @@ class MalformedError(ValueError):
 
 @dataclass(frozen=True)
 class Range:
-    """Inclusive limits of a number, as `Annotated[int, Range(0, 64)]`. NaN is within none."""
+    """Inclusive limits of a number, as in `Annotated[int, Range(0, 64)]`. NaN is outside of all limits."""
 
     low: float
     high: float
@@ -37,24 +37,24 @@ class Range:
 
 @dataclass(frozen=True)
 class Length:
-    """How many values a tuple has, as `Annotated[tuple[int, ...], Length(4)]`."""
+    """The number of values in a tuple, as in `Annotated[tuple[int, ...], Length(4)]`."""
 
     count: int
 
 
-WHOLE = Range(-(2**63), 2**63 - 1)  # limits of whole numbers that have none of their own: those of arrays
+WHOLE = Range(-(2**63), 2**63 - 1)  # default limits of whole numbers, which are the limits of arrays
 
 
-LARGEST = 1 << 26  # bytes of a file of JSON
-PARSED = 100  # bytes that Python may make of each: "[[],[]]" is the worst
-DEEPEST = 32  # depth of lists and objects within each other, for values of type Any
+LARGEST = 1 << 26  # maximal bytes of a JSON file
+PARSED = 100  # maximal bytes in Python per byte of JSON; the worst case is "[[],[]]"
+DEEPEST = 32  # maximal nesting of lists and objects, for values of type Any
 
 
 _NUMBER = int | float
 
 
 def load(path: Path) -> Any:
-    """Parse a JSON file. OSError if it cannot be read, MalformedError if it is none."""
+    """Parse a JSON file. OSError if it cannot be read, MalformedError if it is not JSON."""
     with opened(path) as file:
         text = file.read(LARGEST + 1)
     if len(text) > LARGEST or PARSED * len(text) > available():
@@ -63,7 +63,9 @@ def load(path: Path) -> Any:
 
 
 def opened(path: Path) -> BufferedReader:
-    """A file to read, whoever put it there. OSError if it cannot be opened, or is a pipe or a device, which has no end."""
+    """Open a file that may come from a stranger. OSError if it cannot be opened, or if it is a pipe or a device, because these may never
+    end.
+    """
     file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115  # the caller's to close
     if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         return file
@@ -72,11 +74,11 @@ def opened(path: Path) -> BufferedReader:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # else it waits for a pipe until somebody writes to it
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # otherwise opening a pipe blocks until another process writes to it
 
 
 def parse(text: str | bytes) -> Any:
-    """Parse JSON. MalformedError if it is none, or too deeply nested."""
+    """Parse JSON. MalformedError if it is not JSON, or too deeply nested."""
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -88,8 +90,8 @@ def read(kind: Any, value: Any, name: str, *, loose: bool = False) -> Any:
 
     Kinds are bool, int, float, str, None, Any, Literal, dataclasses (objects in JSON), tuples (lists), dict with names of type str, unions
     of these, and Annotated with a `Range`, a `Length` or a function that returns a value's fault. The JSON type of the value chooses the
-    member of a union. With `loose`, fields that have a default may be missing, and names that a dataclass lacks are passed over: the file
-    may be of another version.
+    member of a union. With `loose`, fields with a default may be missing, and unknown names are ignored, because the file may come from
+    another version.
     """
     if get_origin(kind) is Annotated:
         kind, limits = get_args(kind)
@@ -152,7 +154,9 @@ def _items(kinds: Sequence[Any], value: Any, name: str, loose: bool) -> tuple[An
 
 
 def _all_fit(kind: Any, values: Collection[Any]) -> bool:
-    """Whether all are numbers of the kind just as they are. There may be millions, and `read` takes ten microseconds for each."""
+    """Whether all values are already numbers of this kind. A fast path: there may be millions, and `read` takes ten microseconds for
+    each.
+    """
     kind, limits = get_args(kind) if get_origin(kind) is Annotated else (kind, None)
     types = set(map(type, values))
     if kind == _NUMBER:
@@ -163,7 +167,7 @@ def _all_fit(kind: Any, values: Collection[Any]) -> bool:
 
 
 def _anything(value: Any, name: str, deep: int) -> Any:
-    """The value as it is. MalformedError if it could not be shown or written again."""
+    """The value unchanged. MalformedError if it cannot be shown or written again."""
     if not deep:
         raise MalformedError(f"{name} is nested too deeply")
     if isinstance(value, dict):
@@ -174,7 +178,7 @@ def _anything(value: Any, name: str, deep: int) -> Any:
 
 
 def _member(union: Any, value: Any, name: str) -> Any:
-    """The member of a union that fits the JSON type of a value. Its limits are left to `read`."""
+    """The member of a union that fits the JSON type of a value. `read` checks its limits."""
     for kind in get_args(union):
         bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
         if _fits(bare, value):
@@ -183,7 +187,7 @@ def _member(union: Any, value: Any, name: str) -> Any:
 
 
 def _fits(kind: Any, value: Any) -> bool:
-    """Whether the JSON type of a value is that of a kind."""
+    """Whether the JSON type of a value fits a kind."""
     if isinstance(value, dict):
         return is_dataclass(kind) or get_origin(kind) is dict
     if isinstance(value, list):
@@ -210,7 +214,7 @@ def _number(value: Any, name: str) -> float:
 def _text(value: Any, name: str) -> str:
     try:
         _typed(str, value, name).encode()
-    except UnicodeEncodeError as error:  # half of a character: it could neither be shown nor written
+    except UnicodeEncodeError as error:  # half of a character (a surrogate), which can be neither shown nor written
         raise MalformedError(f"{name} is {shown(value)}, which is no text") from error
     return value
 
@@ -240,9 +244,9 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxlong, _SHORT.maxother = 3, 60, 60, 
 
 
 def shown(value: Any) -> str:
-    """A value in a few words, whatever it is."""
+    """A short text for any value."""
     try:
         text = _SHORT.repr(value).encode("ascii", "backslashreplace").decode()
-    except (ValueError, RecursionError):  # thousands of digits, or of lists within each other
+    except (ValueError, RecursionError):  # a number with thousands of digits, or thousands of nested lists
         return f"a {type(value).__name__}"
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -13,18 +13,18 @@ from ..acting import Acting
 from ..properties import read, write
 from . import methods
 
-_KEPT: list[tuple[str, str, str]] = []  # of the last menu: Blender does not keep the text of a dynamic one alive
-_PUBLISHED = "slides_"  # begins the names of presets of published settings
+_KEPT: list[tuple[str, str, str]] = []  # the last menu's items: Blender keeps no reference to the texts of a dynamic menu
+_PUBLISHED = "slides_"  # prefix of the names of presets with published settings
 
 
 def _settings(context: bpy.types.Context) -> Render:
-    """The settings of the active method. InputError where they cannot be read."""
+    """The settings of the active method. InputError if they cannot be read."""
     comparison = context.scene.rl_guiding_comparison
     return methods.settings_of(comparison.methods[comparison.active_method])
 
 
 class _Edit(Acting):
-    """Changes the list; itself never registered."""
+    """Changes the list. Only subclasses are registered."""
 
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}
     needs_method = True
@@ -38,7 +38,7 @@ class _Edit(Acting):
         self.edit(context.scene.rl_guiding_comparison, context)
 
     def edit(self, comparison: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-        """Do it. InputError where that is not possible."""
+        """Change the list. InputError if that is not possible."""
         raise NotImplementedError
 
 
@@ -138,7 +138,7 @@ class RLG_OT_method_sweep(_Edit):
 
 
 def _sections() -> list[list[str]]:
-    """The names of guides and presets: those that sample lights first, as the scene's own settings do; without; the published ones."""
+    """The names of guides and presets: first with light sampling, as in the scene's own settings; then without; last the published ones."""
     published = [name for name in METHODS if name.startswith(_PUBLISHED)]
     ours = [name for name in METHODS if name not in published]
     return [[name for name in ours if method(name).nee], [name for name in ours if not method(name).nee], published]

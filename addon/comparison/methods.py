@@ -1,4 +1,4 @@
-"""The methods of a comparison: into the list in the file, and back to settings."""
+"""The methods of a comparison: converts settings to entries of the file's list, and back."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -17,7 +17,7 @@ _METHODS = next(entry for entry in entries(Comparison) if entry.name == "methods
 
 
 def add(comparison: bpy.types.PropertyGroup, name: str, settings: Render) -> None:
-    """Add a method at the end and make it the active one; a name that is taken gets a number."""
+    """Add a method at the end and make it the active one. If its name exists already, it gets a number."""
     taken = {item.name for item in comparison.methods}
     item = comparison.methods.add()
     item.name = _free(name, taken)
@@ -31,12 +31,12 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def settings_of(item: bpy.types.PropertyGroup) -> Render:
-    """The settings of a method in the list. InputError where another version saved choices or numbers that this one does not have."""
+    """The settings of a method in the list. InputError if another version saved a choice or number that this version does not allow."""
     return named(_METHODS, item.name, read, item.settings, Render)
 
 
 def sweep(settings: Render, name: str, values: str) -> Iterator[tuple[str, Render]]:
-    """Copies of settings in which one has the values of a text, separated by commas; each with what tells it from the others.
+    """Copies of settings, one for each comma-separated value of one setting. Each comes with the part of its name that differs.
 
     InputError on a value that the setting cannot have.
     """
@@ -70,7 +70,7 @@ def _label(name: str, entry: Entry) -> str:
 
 
 def example(settings: Render, name: str) -> str:
-    """Values worth trying for a setting, as the text that `sweep` takes: all choices, or half, once and twice the present number."""
+    """Suggested values for a setting, as the text for `sweep`: all choices, or 1/2, 1 and 2 times the present number."""
     entry = dict(flags(Render))[name]
     if entry.variants or entry.choices:
         return ", ".join([*entry.variants, *entry.choices])
@@ -89,7 +89,7 @@ def example(settings: Render, name: str) -> str:
 
 
 def _present(settings: Settings, name: str) -> Any:
-    """The value of a setting by its flat name, which is active."""
+    """The value of an active setting by its flat name."""
     scope, _, last = name.rpartition(".")
     if not scope or settings.kind == scope:
         return getattr(settings, last)

@@ -24,13 +24,13 @@ from . import results, running
 from .properties import CHOSEN
 from .steps import Cycles, working
 
-PATIENCE = 0.5  # seconds that a step waits where nobody else is kept waiting
+PATIENCE = 0.5  # seconds that a step may wait if Blender has no window to keep responsive
 
 
 def all_folders_of(comparison: bpy.types.PropertyGroup) -> Path:
-    """The folder that has those of all scenes. InputError where the .blend names a place outside of its own folder.
+    """The folder that contains the folders of all scenes. InputError if the .blend names a path outside of its own folder.
 
-    The .blend may be a stranger's. A place that was chosen since the file was opened is the user's own wish.
+    The .blend may come from a stranger. A folder that the user has chosen since the file was opened is allowed.
     """
     folder = comparison.folder or "//"
     if folder.startswith("//") and not bpy.data.filepath:
@@ -43,14 +43,14 @@ def all_folders_of(comparison: bpy.types.PropertyGroup) -> Path:
 
 
 def folder_of(scene: bpy.types.Scene) -> Path:
-    """The folder of a scene's comparison. InputError as `all_folders_of`, or where nothing can be written."""
+    """The folder of a scene's comparison. InputError as in `all_folders_of`, or if the folder cannot be written."""
     path = all_folders_of(scene.rl_guiding_comparison) / bpy.path.clean_name(scene.name)
     check_writable(path)
     return path
 
 
 def asked(scene: bpy.types.Scene) -> Comparison:
-    """The comparison of the panel. InputError where it cannot be, or its reference is not there."""
+    """The comparison of the panel. InputError if it is not valid, or if the file of its reference is missing."""
     comparison = read(scene.rl_guiding_comparison, Comparison)
     if comparison.reference == "FILE" and not comparison.reference_file.is_file():
         raise InputError(f"the reference is not at {comparison.reference_file}: choose an EXR image")
@@ -58,12 +58,12 @@ def asked(scene: bpy.types.Scene) -> Comparison:
 
 
 def reference_of(scene: bpy.types.Scene, comparison: Comparison) -> Cycles | None:
-    """The renderer of the reference, where that is Cycles."""
+    """The renderer of the reference if it is Cycles, otherwise None."""
     return Cycles(scene, comparison.reference_spp) if comparison.reference == "CYCLES" else None
 
 
 def scene_of(uid: int) -> bpy.types.Scene:
-    """The scene of that number, whatever undo has done to it since. InputError if it is gone."""
+    """The scene with that session number, also after undo. InputError if the scene is gone."""
     for scene in bpy.data.scenes:
         if scene.session_uid == uid:
             return scene
@@ -71,7 +71,7 @@ def scene_of(uid: int) -> bpy.types.Scene:
 
 
 class Background(bpy.types.Operator):
-    """Starts long work and returns. Without a window it does all of the work. Itself never registered."""
+    """Starts long work and returns. Without a window it does all of the work. Only subclasses are registered."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -79,12 +79,12 @@ class Background(bpy.types.Operator):
             cls.poll_message_set(f"{running.STATE.work.label} is under way")
             return False
         if bpy.app.is_job_running("RENDER"):
-            cls.poll_message_set("Blender is rendering, and can read the scene afterwards")
+            cls.poll_message_set("Blender is rendering: wait for the end of the render")
             return False
         return True
 
     def work(self, context: bpy.types.Context, patience: float) -> tuple[str, running.Steps, running.Finish]:
-        """Label, steps and finish of the work. InputError where it cannot begin."""
+        """Label, steps and finish of the work. InputError if the work cannot begin."""
         raise NotImplementedError
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -148,7 +148,7 @@ class RLG_OT_inspect(Background):
             for path in outcome["pictures"]:
                 called = f"{name} {Path(path).stem}"
                 shown.append(results.opened(path, called, bpy.data.images.get(called)))
-                shown[-1].use_fake_user = True  # it stays in the file although nothing in it refers to it
+                shown[-1].use_fake_user = True  # a fake user: the image stays in the file without a reference to it
             show(shown[-1])
             undo_push("Show Q")
             return f"See the images '{shown[-1].name}' and '{shown[0].name}'"
@@ -157,7 +157,7 @@ class RLG_OT_inspect(Background):
 
 
 def show(image: bpy.types.Image) -> bool:
-    """Show an image in the largest image editor that there is; False where there is none."""
+    """Show an image in the largest image editor that there is; False if there is none."""
     editors = list(areas("IMAGE_EDITOR"))
     if editors:
         largest(editors).spaces.active.image = image
@@ -165,7 +165,7 @@ def show(image: bpy.types.Image) -> bool:
 
 
 def undo_push(message: str) -> None:
-    """A step that undo goes back to; results must not vanish with the user's next Ctrl+Z."""
+    """Push an undo step, so that the user's next Ctrl+Z does not remove the results."""
     if windows := bpy.context.window_manager.windows:
         with bpy.context.temp_override(window=windows[0]):
             bpy.ops.ed.undo_push(message=message)

@@ -12,7 +12,7 @@ from ..text import draw_text
 from . import results, running
 from .show_operators import KINDS
 
-_NOT_OF_A_METHOD = {"spp", "seconds", "passes", "denoise"}  # one for all methods, or without meaning in a comparison
+_NOT_OF_A_METHOD = {"spp", "seconds", "passes", "denoise"}  # set by the comparison for all methods, or without meaning in it
 
 
 class _Panel(EnginePanel):
@@ -20,7 +20,7 @@ class _Panel(EnginePanel):
 
 
 class RLG_PT_compare(_Panel, bpy.types.Panel):
-    """The methods, what each may spend, the reference, and the button that starts the comparison."""
+    """The methods, their budget, the reference, and the button that starts the comparison."""
 
     bl_idname = "RLG_PT_compare"
     bl_label = "Compare Methods"
@@ -60,7 +60,7 @@ def _draw_reference(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGr
 
 
 def _draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """The progress of what is under way; or the button, and below it how the last one ended."""
+    """The progress of the running work. If no work is running, the button, and below it the final line of the last work."""
     state = running.STATE
     if state.work:
         row = layout.row(align=True)
@@ -95,7 +95,7 @@ class RLG_PT_compare_method(_Panel, bpy.types.Panel):
 
 
 def _draw_settings(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    """The panels of a render with these settings, each with a header that folds it."""
+    """The panels of a render with these settings; each has a header that opens and closes it."""
     for section in panels.sections(Render):
         group = panels.group_at(settings, section.path)
         shown = [entry for entry in section.entries if entry.name not in _NOT_OF_A_METHOD]
@@ -155,7 +155,7 @@ def _draw_ways(layout: bpy.types.UILayout, comparison: bpy.types.PropertyGroup) 
 
 
 def _draw_row(layout: bpy.types.UILayout, name: str, *cells: str, header: bool = False) -> None:
-    """A row of the table; the name is the widest."""
+    """A row of the table; the name has the widest column."""
     split = layout.split(factor=0.37)
     split.label(text=name)
     numbers = split.split()  # columns of equal widths
@@ -175,7 +175,7 @@ class RLG_UL_results(bpy.types.UIList):
 
 
 class RLG_PT_compare_probe(_Panel, bpy.types.Panel):
-    """The pixel at which to show what methods have learnt."""
+    """The pixel at which the report shows Q of the methods."""
 
     bl_idname = "RLG_PT_compare_probe"
     bl_parent_id = "RLG_PT_compare"

@@ -1,4 +1,4 @@
-"""Chooses the pixel at which to show what is learnt: by a click into an image or the scene, or by the 3D cursor."""
+"""Chooses the pixel at which Q is shown: with a click into an image or the scene, or with the 3D cursor."""
 
 import bpy
 from bpy_extras.object_utils import world_to_camera_view
@@ -18,7 +18,7 @@ def size_of(scene: bpy.types.Scene) -> tuple[int, int]:
 
 
 def pixel_at(scene: bpy.types.Scene, point: Vector) -> tuple[int, int]:
-    """The pixel that sees a point of the world. InputError where the camera does not."""
+    """The pixel at which a point of the world is visible. InputError if the camera does not see the point."""
     if scene.camera is None:
         raise InputError(f"scene '{scene.name}' has no camera")
     right, up, depth = world_to_camera_view(scene, scene.camera, point)
@@ -43,7 +43,7 @@ def pixel_of(right: float, up: float, size: tuple[int, int]) -> tuple[int, int]:
 
 
 def clicked(context: bpy.types.Context, x: int, y: int) -> tuple[int, int]:
-    """The pixel under a place in the window. InputError where there is none."""
+    """The pixel under a place in the window. InputError if there is none."""
     for area in context.window.screen.areas:
         for region in area.regions:
             here = x - region.x, y - region.y

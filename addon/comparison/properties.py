@@ -1,4 +1,4 @@
-"""The part of a comparison that a .blend keeps, as `scene.rl_guiding_comparison`: the settings, and the results."""
+"""The properties of a comparison in a .blend, `scene.rl_guiding_comparison`: its settings and results."""
 
 # pyright: reportInvalidTypeForm=false
 # Blender's properties are declared as annotations.
@@ -11,11 +11,11 @@ from blender_rl_guiding.comparison import Comparison
 from ..properties import declared
 from ..registering import holding
 
-# Numbers of menu items are what files keep: never give one to another item.
+# Files store the numbers of menu items: never reuse a number for another item.
 MEASURES = [(*measure, number) for number, measure in enumerate(measures.MEASURES)]
 
 
-CHOSEN: set[str] = set()  # folders that were chosen since Blender started, here and not in a file
+CHOSEN: set[str] = set()  # folders that the user has chosen since Blender started; they are not stored in files
 
 
 class _Errors:
@@ -25,21 +25,21 @@ class _Errors:
 
 
 class RLG_result(_Errors, bpy.types.PropertyGroup):
-    """What a method has achieved: means over its seeds, and the images of the first."""
+    """The results of a method: means over its seeds, and the images of its first seed."""
 
     name: bpy.props.StringProperty()
     image: bpy.props.PointerProperty(type=bpy.types.Image)
     heat: bpy.props.PointerProperty(type=bpy.types.Image, description="Where the error is")
-    equal_time: bpy.props.FloatProperty(description="Ratio of relMSE to the baseline's if both rendered equally long")
+    equal_time: bpy.props.FloatProperty(description="relMSE / relMSE of the baseline, if both rendered for the same time")
     seeds: bpy.props.IntProperty()
     spp: bpy.props.IntProperty()
     seconds: bpy.props.FloatProperty()
     samples_per_second: bpy.props.FloatProperty()
-    learn_share: bpy.props.FloatProperty(description="Share of the time that went into learning")
+    learn_share: bpy.props.FloatProperty(description="Learning time / seconds")
 
 
 def _show_active(comparison: bpy.types.PropertyGroup) -> None:
-    """A click on a row shows its image where the last one was."""
+    """A click on a row shows its image in place of the last row's image."""
     images = {item.image for item in comparison.results} | {comparison.reference_image}
     for window in bpy.context.window_manager.windows:
         if window.workspace.name != "Compare":
@@ -65,7 +65,7 @@ class _Asked:
 
 
 class RLG_comparison(_Asked, bpy.types.PropertyGroup):
-    """A comparison of methods on this scene: what is asked for, where it goes, and what came out."""
+    """A comparison of methods on this scene: its settings, its folder, and its results."""
 
     active_method: bpy.props.IntProperty(name="Active Method")
     folder: bpy.props.StringProperty(
@@ -82,7 +82,7 @@ class RLG_comparison(_Asked, bpy.types.PropertyGroup):
     active_result: bpy.props.IntProperty(name="Active Result", update=lambda self, context: _show_active(self))
     pictures: bpy.props.CollectionProperty(type=RLG_picture)
     reference_image: bpy.props.PointerProperty(type=bpy.types.Image)
-    about: bpy.props.StringProperty(description="What the reference of the results is")
+    about: bpy.props.StringProperty(description="Description of the reference of the results")
     page: bpy.props.StringProperty(description="The report, a page of HTML", subtype="FILE_PATH")
 
 

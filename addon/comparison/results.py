@@ -1,4 +1,4 @@
-"""Brings the results of a comparison into the file: rows and images are there when it is opened again."""
+"""Stores the results of a comparison in the file, so rows and images are still there when the user opens the file again."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ HEADS = ("Method", "Error", "Ratio", "Time")
 
 
 def store(scene: bpy.types.Scene, outcome: dict[str, Any]) -> str:
-    """Take over the outcome of the job, see `handover.handed_over`; returns a line about it."""
+    """Store the outcome of the job, see `handover.handed_over`. Returns a line about the outcome."""
     comparison = scene.rl_guiding_comparison
     comparison.about, comparison.page = outcome["about"], outcome["page"]
     comparison.reference_image = opened(outcome["reference"], f"{scene.name} reference", comparison.reference_image)
@@ -57,9 +57,10 @@ def _resize(items: Any, count: int) -> None:
 
 
 def opened(path: str, name: str, image: bpy.types.Image | None = None) -> bpy.types.Image:
-    """The image of a file, in `image` if that is there; beside a saved .blend its path is relative, so that both can be moved.
+    """The image of a file; it reuses `image` if given. For a saved .blend the path is relative, so that folder and .blend can move
+    together.
 
-    InputError where Blender cannot read it.
+    InputError if Blender cannot read it.
     """
     if not Path(path).is_file():
         raise InputError(f"no image at {path}")
@@ -73,7 +74,7 @@ def opened(path: str, name: str, image: bpy.types.Image | None = None) -> bpy.ty
 
 
 def clear(comparison: bpy.types.PropertyGroup) -> None:
-    """Remove the results and their images, but no files, and no images that something else uses."""
+    """Remove the results and their images. Files, and images with other users, stay."""
     images = [item.image for item in (*comparison.results, *comparison.pictures)] + [item.heat for item in comparison.results]
     images.append(comparison.reference_image)
     comparison.results.clear()

@@ -1,6 +1,6 @@
-"""Long work in the background. A timer takes the steps of a generator, so that Blender stays responsive; a command takes all at once.
+"""Long work in the background. A timer runs the steps of a generator, so that Blender stays responsive. A command runs all steps in a loop.
 
-One piece of work at a time. A modal operator would hold back autosave for as long as it runs, so there is none.
+Only one piece of work runs at a time. There is no modal operator, because autosave would not work while it runs.
 """
 
 import time
@@ -14,25 +14,25 @@ from blender_rl_guiding.errors import InputError
 
 from .. import areas
 
-INTERVAL = 0.1  # seconds between two looks
-SHARE_OF_TIME = 0.02  # seconds that a look may take
+INTERVAL = 0.1  # seconds between two polls
+SHARE_OF_TIME = 0.02  # maximal seconds of a poll
 
 
 class Status(NamedTuple):
-    """How far the work is."""
+    """The progress of the work."""
 
     text: str
-    share: float  # 0..1 of what the text names
-    note: str = ""  # a line that stays, told once
+    share: float  # 0..1, the finished share of the step in `text`
+    note: str = ""  # a line for the log, given once
 
 
 Steps = Generator[Status, None, dict[str, Any]]  # returns the outcome; InputError is a line for the user
-Finish = Callable[[dict[str, Any]], str]  # takes the outcome over into the file, and says in a line what it was
+Finish = Callable[[dict[str, Any]], str]  # stores the outcome in the file, and returns a line about it
 
 
 @dataclass
 class Work:
-    """Work under way."""
+    """Running work."""
 
     label: str
     steps: Steps
@@ -43,14 +43,14 @@ class Work:
 
     @property
     def line(self) -> str:
-        """The step under way, and the time since the beginning."""
+        """The running step, and the time since the beginning."""
         minutes, seconds = divmod(int(time.monotonic() - self.began), 60)
         return f"{self.status.text} | {minutes:02}:{seconds:02}"
 
 
 @dataclass
 class State:
-    """The work under way, or the last words of work that has ended."""
+    """The running work, or the final line of the last work."""
 
     work: Work | None = None
     last_words: str = ""
@@ -61,7 +61,7 @@ STATE = State()
 
 
 def start(label: str, steps: Steps, finish: Finish) -> None:
-    """Begin. InputError while other work is under way."""
+    """Begin the work. InputError while other work is running."""
     if STATE.work:
         raise InputError(f"{STATE.work.label} is still under way: wait for its end, or cancel it")
     STATE.work, STATE.last_words = Work(label, steps, finish), ""
@@ -69,7 +69,7 @@ def start(label: str, steps: Steps, finish: Finish) -> None:
 
 
 def complete(label: str, steps: Steps, finish: Finish, on_status: Callable[[Status], None]) -> str:
-    """Do all of it; returns the line of `finish`. InputError where it fails, or while other work is under way."""
+    """Do all of the work; returns the line of `finish`. InputError if it fails, or while other work is running."""
     if STATE.work:
         raise InputError(f"{STATE.work.label} is still under way: wait for its end, or cancel it")
     while True:
@@ -79,7 +79,7 @@ def complete(label: str, steps: Steps, finish: Finish, on_status: Callable[[Stat
             return finish(end.value)
 
 
-def cancel(why: str = "Cancelled: finished runs are kept, and the next comparison goes on from there") -> None:
+def cancel(why: str = "Cancelled: finished runs are kept, and the next comparison continues") -> None:
     """End the work under way, if any."""
     if STATE.work:
         STATE.work.steps.close()  # which ends the renderer
@@ -89,7 +89,7 @@ def cancel(why: str = "Cancelled: finished runs are kept, and the next compariso
 
 
 def _look() -> float | None:
-    """Take the steps that are ready; returns the seconds until the next look."""
+    """Run the steps that are ready; returns the seconds until the next poll."""
     work = STATE.work
     if work is None:
         return None
@@ -121,21 +121,21 @@ def _end(words: str, failed: bool) -> None:
 
 
 def redraw() -> None:
-    """Have the panel and the status bar drawn anew."""
+    """Redraw the panel and the status bar."""
     areas.redraw("PROPERTIES", "IMAGE_EDITOR")
     for window in bpy.context.window_manager.windows:
-        if not window.modal_operators:  # which may show a text of their own there
-            window.workspace.status_text_set(None)  # has the status bar drawn, which is none of the screen's areas
+        if not window.modal_operators:  # a modal operator may show its own text there
+            window.workspace.status_text_set(None)  # redraws the status bar, because it is no area of the screen
 
 
 @bpy.app.handlers.persistent
 def _on_load(*_: Any) -> None:
-    """End the work under way: it belongs to the file that is being closed."""
-    cancel("Cancelled, for another file was opened: finished runs are kept")
+    """End the running work, because its file is being closed."""
+    cancel("Cancelled, because another file was opened; finished runs are kept")
 
 
 def register() -> None:
-    """Nothing is under way."""
+    """Register the handler that ends the work when another file is opened."""
     bpy.app.handlers.load_pre.append(_on_load)
 
 

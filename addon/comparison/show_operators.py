@@ -27,13 +27,13 @@ def images_of(comparison: bpy.types.PropertyGroup, kind: str = "IMAGES") -> dict
 
 KINDS = [
     ("IMAGES", "Images", "The reference and each method's image", 0),
-    ("ERRORS", "Errors", "Where each method's error is", 1),
-    ("PICTURES", "Curves", "Error curves, losses, and what is learnt", 2),
+    ("ERRORS", "Errors", "The error map of each method", 1),
+    ("PICTURES", "Curves", "Error curves, losses, and Q at the probed point", 2),
 ]
 
 
 class _Look(Acting):
-    """Looks at results; itself never registered."""
+    """Shows results. Only subclasses are registered."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -101,10 +101,10 @@ class RLG_OT_open_report(_Look):
         comparison = context.scene.rl_guiding_comparison
         page = Path(bpy.path.abspath(comparison.page))
         inside = Path(os.path.realpath(page)).is_relative_to(os.path.realpath(all_folders_of(comparison)))
-        if page.name != "report.html" or not inside:  # a stranger's .blend may name any file to open or run
-            raise InputError(f"{page} is no report in the folder of the comparison: compare again to have one made")
+        if page.name != "report.html" or not inside:  # a stranger's .blend may name any file here, even a program
+            raise InputError(f"{page} is no report in the folder of the comparison: compare again to make one")
         if not page.is_file():
-            raise InputError(f"the report is not at {page} any more: compare again to have it made")
+            raise InputError(f"the report is not at {page} any more: compare again to make it")
         _browse(page)
 
 

@@ -17,14 +17,14 @@ _OWN = PIPELINE | {"use_border": False, "resolution_percentage": 100}
 
 
 def put(scene: bpy.types.Scene, images: dict[str, bpy.types.Image]) -> None:
-    """Put images, by name, into slots of these names, and show the first; slots of other names keep what they have.
+    """Put each image into the slot with its name, and show the first. Slots with other names stay unchanged.
 
-    Only a render fills a slot, so this renders with an engine that shows an image. InputError where Blender refuses.
+    Only a render can fill a slot, so this renders with an engine that returns a stored image. InputError if Blender refuses.
     """
     shown: list[np.ndarray] = []
 
     class Show(bpy.types.RenderEngine):
-        """Delivers stored pixels."""
+        """An engine that returns stored pixels."""
 
         bl_idname = "RL_GUIDED_SHOW"
         bl_label = "RL Guided Show"
@@ -42,7 +42,7 @@ def put(scene: bpy.types.Scene, images: dict[str, bpy.types.Image]) -> None:
             _choose_slot(name)
             with _rendering(scene, Show.bl_idname, image.size):
                 capture.render(scene, first_layer(scene))
-            if name not in [slot.name for slot in _slots()]:  # there was no Render Result before
+            if name not in [slot.name for slot in _slots()]:  # this render has made the first Render Result
                 _slots().active.name = name
         _choose_slot(next(iter(images)))
     finally:
@@ -50,12 +50,12 @@ def put(scene: bpy.types.Scene, images: dict[str, bpy.types.Image]) -> None:
 
 
 def result() -> bpy.types.Image | None:
-    """The Render Result, which the first render makes."""
+    """The Render Result. It exists after the first render."""
     return next((image for image in bpy.data.images if image.type == "RENDER_RESULT"), None)
 
 
 def pixels(image: bpy.types.Image) -> np.ndarray:
-    """(height, width, 4) float32, linear, bottom row first. InputError where the file of the image is gone."""
+    """(height, width, 4) float32, linear, bottom row first. InputError if the file of the image is gone."""
     if not all(image.size):
         raise InputError(f"the image '{image.name}' is not at {image.filepath}")
     texels = np.ascontiguousarray(stored_pixels(image)[::-1])
@@ -80,7 +80,7 @@ def _choose_slot(name: str) -> None:
 
 @contextmanager
 def _rendering(scene: bpy.types.Scene, engine: str, size: Any) -> Iterator[None]:
-    """The scene's render settings are those of an image of that size for the length of the block."""
+    """In this block the scene's render settings are the settings for an image of that size."""
     own = _OWN | {"engine": engine, "resolution_x": size[0], "resolution_y": size[1]}
     before = {name: getattr(scene.render, name) for name in own if hasattr(scene.render, name)}
     try:

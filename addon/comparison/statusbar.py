@@ -6,7 +6,7 @@ from .running import STATE
 
 
 def draw(self: bpy.types.Header, context: bpy.types.Context) -> None:
-    """Draw the work under way behind Blender's own part of the bar."""
+    """Draw the progress of the running work to the right of Blender's own status bar."""
     if STATE.work is None:
         return
     row = self.layout.row(align=True)

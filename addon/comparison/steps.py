@@ -1,4 +1,4 @@
-"""Work outside of Blender, step by step: a reference by Cycles if wanted, then a job of the worker."""
+"""Work outside of Blender, step by step: first a reference by Cycles if the user wants it, then a job of the worker."""
 
 from collections.abc import Callable, Generator
 from dataclasses import replace
@@ -28,11 +28,11 @@ JobOn = Callable[[str], messages.Job]  # makes the job, given the path of the sc
 
 
 def working(python: Path, scene: SceneData, job: JobOn, patience: float, cycles: "Cycles | None" = None) -> Steps:
-    """Have the worker do a job on a scene; returns the fields of its `done`, with its notes under "notes".
+    """Send a job on a scene to the worker. Returns the fields of the event `done`, with the notes as "notes".
 
     `cycles`: renders the reference first.
-    `patience`: seconds that a step waits, at most.
-    Closed early, it ends all that it started.
+    `patience`: the maximal seconds that one step waits.
+    If the generator is closed early, it ends all processes that it started.
     """
     status, notes = Status("Starting the renderer", 0.0), []
     with temporary_folder() as folder, worker_client.borrowed(python) as worker:
@@ -78,7 +78,7 @@ class Cycles:
             raise InputError(f"cannot hand the scene to Cycles: {one_line(error)}") from error
 
     def render(self, path: Path, patience: float) -> Generator[Status, None, messages.Reference]:
-        """Render into an EXR file. InputError where Cycles fails."""
+        """Render into an EXR file. InputError if Cycles fails."""
         status = Status(f"Reference by Cycles, {self._spp} samples per pixel", 0.0)
         with self._folder, running([*command(_CYCLES), str(self._file), self._scene, str(self._spp), str(path)]) as child:
             while not child.ended(patience):

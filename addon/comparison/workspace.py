@@ -1,4 +1,4 @@
-"""The workspace "Compare": image editors side by side, the reference first, in place of the largest editor of the present one."""
+"""The workspace "Compare": image editors side by side, the reference first, in place of the largest editor of the current workspace."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -9,15 +9,15 @@ import bpy
 from ..areas import largest
 
 NAME = "Compare"
-_MOST = 12  # editors side by side: smaller ones show nothing
-_APART = 8  # pixels between areas that touch, at most
+_MOST = 12  # maximal number of editors side by side; with more, each would be too small
+_APART = 8  # maximal gap in pixels between neighbouring areas
 _LOOK = 0.05  # seconds; Blender changes workspaces between events
 
 
 def show(window: bpy.types.Window, images: Sequence[bpy.types.Image]) -> None:
-    """Go to the workspace, making it if need be, and show the images in it.
+    """Go to the workspace and show the images in it. The workspace is created if it does not exist.
 
-    Deleting the workspace removes all of this again.
+    To undo all this, delete the workspace.
     """
     if there := bpy.data.workspaces.get(NAME):
         window.workspace = there
@@ -31,9 +31,10 @@ def show(window: bpy.types.Window, images: Sequence[bpy.types.Image]) -> None:
 
 
 def _fill(window: bpy.types.Window, names: Sequence[str]) -> float | None:
-    """Bring the workspace one step nearer to an editor for each image; in the last step show the images.
+    """Do one step towards a workspace with one editor for each image. The last step shows the images.
 
-    Steps, because new areas have no size before Blender has drawn them. Returns the seconds until the next, None after the last.
+    There are several steps, because a new area has no size until Blender draws it. Returns the seconds until the next step; None at the
+    end.
     """
     if window.workspace.name != NAME:
         return _LOOK
@@ -57,7 +58,7 @@ def _editors(screen: bpy.types.Screen) -> list[bpy.types.Area]:
 
 
 def _halve(window: bpy.types.Window, area: bpy.types.Area) -> bool:
-    """Cut an area across its longer side; False where it is too small."""
+    """Cut an area across its longer side; False if it is too small."""
     direction = "VERTICAL" if area.width >= area.height else "HORIZONTAL"
     with bpy.context.temp_override(window=window, area=area):
         return "FINISHED" in bpy.ops.screen.area_split(direction=direction, factor=0.5)

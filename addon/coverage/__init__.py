@@ -1,4 +1,4 @@
-"""The coverage report: the list of losses, Check Scene, the panel, and the way from a line to the thing that it names."""
+"""The coverage report: the list of losses, Check Scene, the panel, and the selection of the object that a line names."""
 
 from ..registering import registering
 from . import check, losses, panel

@@ -12,7 +12,7 @@ from .losses import show
 
 
 def check(scene: bpy.types.Scene) -> tuple[tuple[Loss, ...], str]:
-    """The losses of a scene, and the reason why it cannot be rendered; empty if it can."""
+    """The losses of a scene, and the reason why it cannot be rendered. The reason is empty if the scene can be rendered."""
     try:
         found = captured(scene)
         return (*in_blender(found.coverage), *left_to_chance(found, scene.rl_guiding.nee)), ""
@@ -25,7 +25,9 @@ class RLG_OT_check(bpy.types.Operator):
 
     bl_idname = "rl_guided.check"
     bl_label = "Check Scene"
-    bl_description = "List what of this scene cannot be rendered as it is. It is read as for a render, which takes a while if it is large"
+    bl_description = (
+        "List the parts of this scene that cannot be rendered exactly. A large scene takes a while, because it is read as for a render"
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

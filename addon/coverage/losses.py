@@ -1,7 +1,7 @@
-"""The list of losses: an object that is not rendered as it is, where in it, and what stands in.
+"""The list of losses. A loss has an object that is not rendered exactly, the place in the object, and the substitute.
 
-Each render fills it by `tell`, Check Scene by `show`. It belongs to the window manager: it is neither saved in the file, nor a change of
-the file, nor undone.
+Each render fills the list with `tell`, Check Scene with `show`. The list belongs to the window manager. So it is not saved in the file,
+does not mark the file as changed, and is not affected by undo.
 """
 
 import queue
@@ -30,7 +30,7 @@ class RLG_Loss(bpy.types.PropertyGroup):
 
 
 def _on_click(coverage: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    bpy.ops.rl_guided.show_loss("EXEC_DEFAULT", True)  # True: a step of its own in the undo history
+    bpy.ops.rl_guided.show_loss("EXEC_DEFAULT", True)  # True: the click gets its own undo step
 
 
 class RLG_Coverage(bpy.types.PropertyGroup):
@@ -49,24 +49,24 @@ _told: queue.SimpleQueue[tuple[str, Sequence[Loss], str]] = queue.SimpleQueue()
 
 
 def tell(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
-    """Show the losses of a scene, by its name. From any thread: where Blender has a window, engines render in a thread of their own."""
+    """Show the losses of a scene, by its name. Callable from any thread, because with a window, engines render in a separate thread."""
     if bpy.app.background:
         show(scene, losses, fault)
     else:
-        _told.put((scene, losses, fault))  # only the main thread may change Blender's data or register a timer
+        _told.put((scene, losses, fault))  # because only the main thread may change Blender's data or register a timer
 
 
 def _show_told() -> float:
-    """Empty the queue, in the main thread; gives the seconds until the next time."""
+    """Empty the queue, in the main thread. Returns the seconds until the next call."""
     while not _told.empty():
         show(*_told.get())
     return _LOOK
 
 
 def show(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
-    """As `tell`, at once; for the main thread alone."""
+    """As `tell`, but immediately. Only for the main thread."""
     coverage = bpy.data.window_managers[0].rl_guiding_coverage
-    coverage.property_unset("active")  # without the update of a click
+    coverage.property_unset("active")  # set directly, so the update function of a click does not run
     coverage.scene, coverage.fault = scene, fault
     coverage.losses.clear()
     for loss in losses:
@@ -77,7 +77,7 @@ def show(scene: str, losses: Sequence[Loss], fault: str = "") -> None:
 
 @bpy.app.handlers.persistent
 def _forget(_: object) -> None:
-    """Another file is open: the list is not about it."""
+    """Clear the list, because another file has been opened."""
     show("", ())
 
 

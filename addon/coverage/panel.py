@@ -10,7 +10,7 @@ _ROWS = 3
 
 
 class RLG_UL_losses(bpy.types.UIList):
-    """A line for each loss: the object, where in it, and what stands in."""
+    """A line for each loss: the object, the place in the object, and the substitute."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0) -> None:
         split = layout.split(factor=0.3)
@@ -18,7 +18,7 @@ class RLG_UL_losses(bpy.types.UIList):
         split.label(text=": ".join(filter(None, (item.where, item.detail))), translate=False)
 
     def filter_items(self, context, data, property) -> tuple[list[int], list[int]]:
-        """Show the lines that have the typed text anywhere."""
+        """Filter: show the lines that contain the typed text."""
         wanted = self.filter_name.lower()
         lines = [f"{loss.object} {loss.where} {loss.detail}".lower() for loss in getattr(data, property)]
         return [self.bitflag_filter_item if wanted in line else 0 for line in lines], []
@@ -59,7 +59,7 @@ def _draw_loss(layout: bpy.types.UILayout, coverage: bpy.types.PropertyGroup, co
 
 
 def summary(coverage: bpy.types.PropertyGroup) -> str:
-    """The state of the list in one line."""
+    """A one-line summary of the list."""
     if not coverage.scene:
         return "Not checked yet"
     if coverage.fault:

@@ -10,7 +10,7 @@ _MATERIAL, _NODE, _GROUP = (re.compile(rf"{kind} '(.*?)'(?:,|$)") for kind in ("
 
 
 def reveal(loss: Loss, context: bpy.types.Context) -> str:
-    """Select the object, material and node that a loss names; returns one line about what cannot be selected, or an empty one."""
+    """Select the object, material and node of a loss. Returns a line about a part that cannot be selected, or an empty line."""
     scene, thing = context.scene, bpy.data.objects.get(loss.object)
     if scene.world and loss.object == scene.world.name and not (thing and _MATERIAL.search(loss.where)):
         _choose_node(scene.world.node_tree, loss.where)
@@ -38,7 +38,7 @@ def _select(thing: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> str:
 
 
 def _choose_material(thing: bpy.types.Object, where: str) -> bool:
-    """Make the material that a loss names the active one, and its node too; returns whether the object has that material."""
+    """Make the material of a loss active, and its node, too. Returns whether the object has that material."""
     named = _MATERIAL.search(where)
     for index, slot in enumerate(thing.material_slots):
         if named and slot.material and slot.material.name == named[1]:
@@ -49,7 +49,7 @@ def _choose_material(thing: bpy.types.Object, where: str) -> bool:
 
 
 def _choose_node(tree: bpy.types.NodeTree | None, where: str) -> None:
-    """Select the node that a loss names, or the group around it, alone and as the active one."""
+    """Select only the node of a loss, or the group around this node, and make it active."""
     named = _GROUP.search(where) or _NODE.search(where)
     if not tree or not named:
         return

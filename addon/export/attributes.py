@@ -31,12 +31,12 @@ class Placed(NamedTuple):
     mesh: Mesh
     triangles: Triangles
     matrix: np.ndarray  # (4, 4) float64, to world space
-    depsgraph: bpy.types.Depsgraph  # has the other objects
-    tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]]  # by key and UV map, those so far; in the space of the mesh
+    depsgraph: bpy.types.Depsgraph  # for coordinates of other objects
+    tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]]  # by key and UV map: tangents so far, in the space of the mesh
 
 
 class Attributes:
-    """The corner attributes of a scene, growing object by object."""
+    """Collects the corner attributes of a scene, object by object."""
 
     def __init__(self) -> None:
         self._blocks: list[np.ndarray] = [np.zeros((0, 3, 3), np.float32)]
@@ -47,8 +47,7 @@ class Attributes:
     def add(self, number: int, key: tuple[str, str], owner: int, placed: Placed) -> bool:
         """Add attribute `number`, of this key in `Resources`, unless the mesh lacks it.
 
-        `owner` is an object, or ~m for all instances of mesh m.
-        Returns whether all numbers are finite; 0 stands in for each that is not.
+        `owner` is an object, or ~m for all instances of mesh m. Returns whether all numbers are finite; a number that is not becomes 0.
         """
         name = (placed.key, key, placed.triangles.mirrored)
         shared = placed.triangles.kept is None and not depends_on_place(key)
@@ -166,7 +165,7 @@ def _tangents(placed: Placed, name: str) -> tuple[np.ndarray, np.ndarray] | None
 
 
 def _vertices(mesh: bpy.types.Mesh) -> np.ndarray:
-    """(T, 3), indices of Blender's vertices: `Mesh.corners` counts without loose ones."""
+    """(T, 3), indices of Blender's vertices. The indices in `Mesh.corners` leave out loose vertices."""
     return corner_vertices(mesh)[loop_triangles(mesh)]
 
 
@@ -185,7 +184,7 @@ def _at_corners(mesh: bpy.types.Mesh, name: str, form: Callable[[np.ndarray], np
 
 
 def _numbers(attribute: bpy.types.Attribute) -> np.ndarray | None:
-    """(N, n) float32; None where Cycles does not read the type."""
+    """(N, n) float32; None if Cycles does not read the type."""
     if attribute.data_type not in _TYPES:
         return None
     field, shape = _TYPES[attribute.data_type]
@@ -193,20 +192,20 @@ def _numbers(attribute: bpy.types.Attribute) -> np.ndarray | None:
 
 
 def colors_of(attribute: bpy.types.Attribute) -> np.ndarray | None:
-    """(N, 4) float32, linear RGBA, from ATTRIBUTE and ATTRIBUTE_ALPHA; None where Cycles does not read the type."""
+    """(N, 4) float32, linear RGBA, from ATTRIBUTE and ATTRIBUTE_ALPHA; None if Cycles does not read the type."""
     numbers = _numbers(attribute)
     return None if numbers is None else np.concatenate([_triples(numbers), _alphas(numbers)[:, :1]], axis=1)
 
 
 def _triples(values: np.ndarray) -> np.ndarray:
-    """(N, 3) from (N, n): one number thrice, two and a zero, or the first three."""
+    """(N, 3) from (N, n): one number repeated three times, two numbers and a zero, or the first three numbers."""
     triples = np.zeros((len(values), 3), np.float32)
     triples[:, : values.shape[1] if values.shape[1] > 1 else 3] = values[:, :3]
     return triples
 
 
 def _alphas(values: np.ndarray) -> np.ndarray:
-    """(N, 3), the fourth of (N, 4) thrice, or ones."""
+    """(N, 3): the fourth number of (N, 4) repeated three times, or ones."""
     return np.repeat(values[:, 3:], 3, axis=1) if values.shape[1] == 4 else np.ones((len(values), 3), np.float32)
 
 

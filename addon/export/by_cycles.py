@@ -1,4 +1,4 @@
-"""Has a Blender of its own make pictures by Cycles: no render can begin within another one."""
+"""Starts a second Blender that renders pictures with Cycles, because Blender cannot start a render during another one."""
 
 import json
 import time
@@ -18,16 +18,16 @@ from ..another_blender import command
 from .stop import Stop, Stopped, never
 
 SCRIPT = Path(__file__).resolve().parents[1] / "cycles_pictures.py"
-# Raised by `read` where the file is no file of arrays, or of others.
+# Errors of `read` if the file does not contain the expected arrays.
 DAMAGE = (OSError, zipfile.BadZipFile, zlib.error, EOFError, LookupError, ValueError, NotImplementedError)
-_PATIENCE = 120.0  # seconds; one or two are enough where the machine has nothing else to do
-_LOOK = 0.1  # seconds between two questions whether to stop
+_PATIENCE = 120.0  # seconds; one or two are enough on an idle machine
+_LOOK = 0.1  # seconds between two calls of `stop`
 
 
 def render(job: dict[str, Any], path: Path, stop: Stop = never, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Have the pictures of a job (see the script) written to a file, and read them. InputError where there are none.
+    """Let the script render the pictures of a job into a file, and read the file. InputError if there are no pictures.
 
-    Stopped where the user has enough.
+    Raises Stopped if the user cancels.
     """
     with temporary_folder() as folder:
         written = Path(folder, "job.json")
@@ -40,7 +40,7 @@ def render(job: dict[str, Any], path: Path, stop: Stop = never, **shapes: tuple[
 
 
 def read(path: Path, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Arrays by name. `DAMAGE` unless they are all there: float32, finite, of these shapes."""
+    """Arrays by name. Raises one of `DAMAGE` unless all exist, are float32 and finite, and have these shapes."""
     with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
         arrays = {name: file[name] for name in shapes}
     for name, array in arrays.items():
@@ -63,7 +63,7 @@ def _run(arguments: list[str], stop: Stop) -> None:
 
 
 def _wait(child: Child, stop: Stop) -> None:
-    """Wait for the end of a child. InputError where it takes too long."""
+    """Wait for the end of a child. InputError if it takes too long."""
     end = time.monotonic() + _PATIENCE
     while not child.ended(_LOOK):
         if stop():

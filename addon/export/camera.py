@@ -13,11 +13,11 @@ from ..neutral import panorama_of
 from .coverage import CROPPED
 
 _KINDS: dict[str, CameraKind] = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panorama"}
-_NEAREST_FOCUS = 1e-6  # metres; a lens that is sharp at itself has no directions
+_NEAREST_FOCUS = 1e-6  # metres; with focus distance 0 the rays would have no directions
 
 
 def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple[Camera, list[Loss]]:
-    """The camera, with Cycles' rules for sensor fit, shift, pixel aspect, resolution and render region; `whole` leaves out the region.
+    """The camera with Cycles' rules for sensor fit, shift, pixel aspect, resolution and render region. `whole` ignores the region.
 
     InputError without a camera.
     """
@@ -44,7 +44,7 @@ def read_camera(depsgraph: bpy.types.Depsgraph, *, whole: bool = False) -> tuple
 
 
 def _kind(data: bpy.types.Camera) -> CameraKind:
-    """The kind of a camera; perspective for those that are not supported: fisheyes, cylinders, OSL."""
+    """The kind of a camera; perspective for unsupported cameras: fisheyes, cylinders, OSL."""
     if data.type == "PANO" and panorama_of(data).panorama_type != "EQUIRECTANGULAR":
         return "perspective"
     return _KINDS.get(data.type, "perspective")
@@ -56,7 +56,7 @@ def _window(data: bpy.types.Camera, kind: str, width: float, height: float) -> t
         return _sphere_window(data)
     across = data.sensor_fit == "HORIZONTAL" or (data.sensor_fit == "AUTO" and width > height)
     sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
-    span = data.ortho_scale if kind == "orthographic" else sensor / data.lens  # of the side that fits the sensor
+    span = data.ortho_scale if kind == "orthographic" else sensor / data.lens  # length of the image's side that fits the sensor
     x, y = (span / 2, span / 2 * height / width) if across else (span / 2 * width / height, span / 2)
     right, up = data.shift_x * span, data.shift_y * span  # both in units of that side
     return right - x, right + x, up - y, up + y
@@ -93,7 +93,7 @@ def _part(window: tuple[float, ...], region: tuple[int, ...], width: int, height
 
 
 def _lens(thing: bpy.types.Object, kind: str, depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
-    """Depth of field. An orthographic camera has the lens of a metre's focal length, as in Cycles."""
+    """Depth of field. As in Cycles, an orthographic camera has a lens with a focal length of 1 m."""
     dof = thing.data.dof
     focal_length = 1.0 if kind == "orthographic" else thing.data.lens * 1e-3
     return {
@@ -106,7 +106,7 @@ def _lens(thing: bpy.types.Object, kind: str, depsgraph: bpy.types.Depsgraph) ->
 
 
 def _focus(thing: bpy.types.Object, dof: bpy.types.CameraDOFSettings, depsgraph: bpy.types.Depsgraph) -> float:
-    """Distance of the plane in focus. A focus object has it go through its origin, or through that of its bone."""
+    """Distance of the plane in focus. If there is a focus object, the plane contains the object's origin, or the origin of its bone."""
     if not dof.focus_object:
         return dof.focus_distance
     target = dof.focus_object.evaluated_get(depsgraph)

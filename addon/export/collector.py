@@ -27,9 +27,9 @@ from .visibility import visibility
 
 
 class Collector:
-    """Grows instance by instance; reads each mesh and each material once.
+    """Collects instance by instance; reads each mesh and each material once.
 
-    A mesh with a use in `repeated` is kept once if it can be; of the others each instance has triangles in the world.
+    A mesh with a use in `repeated` is stored once if possible. For every other mesh, each instance has its own triangles in the world.
     """
 
     def __init__(self, depsgraph: bpy.types.Depsgraph, frame: Camera, repeated: frozenset[Use], stop: Stop) -> None:
@@ -53,7 +53,7 @@ class Collector:
         self._noted: set[tuple[Kind, bool, bool]] = set()
         self._linked: set[Kind] = set()
         self._uses: dict[Kind, Use] = {}
-        self._kept_once: dict[Use, int | None] = {}  # number of the mesh; None where it cannot be
+        self._kept_once: dict[Use, int | None] = {}  # number of the mesh; None if it cannot be stored once
         self._tangents: dict[tuple[int, str], tuple[np.ndarray, np.ndarray]] = {}
         self._lamp_shaders: dict[str, int] = {}
         self._shaders: dict[int, tuple[int, tuple[tuple[str, str], ...]]] = {}
@@ -63,7 +63,7 @@ class Collector:
         self.losses.update(dict.fromkeys(losses))
 
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
-        """Take an instance, if it is a lamp or a mesh and any ray sees it. One that cannot be read is left out whole, and listed."""
+        """Add an instance if it is a lamp or a mesh and visible to any ray. If it cannot be read, it is left out completely, and listed."""
         try:
             self._add(instance)
         except UNREADABLE as error:
@@ -88,7 +88,7 @@ class Collector:
                 self._add_mesh(instance, kind, data, matrix, seen)
 
     def _note_kind(self, kind: Kind, instance: bpy.types.DepsgraphObjectInstance) -> None:
-        """Note the losses of an instance, its materials aside, for the first of its kind."""
+        """Add the losses of an instance without its materials, only for the first instance of its kind."""
         key = kind, instance.show_self, instance.show_particles
         if key not in self._noted:
             self._noted.add(key)
@@ -96,7 +96,7 @@ class Collector:
 
     def _add_lamp(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray, seen: int) -> None:
         if not seen & ~SHADOW:
-            return  # nothing sees it, so it lights nothing
+            return  # invisible to all rays, so it lights nothing
         check_transform(matrix)
         lamp, shader, losses = read_lamp(instance, seen, self.resources, self._depsgraph)
         if lamp:
@@ -139,14 +139,14 @@ class Collector:
             return
         material, notes = self._indices(thing, part.slots)
         self._note_materials(kind, thing, material, notes)
-        # Object, attributes, triangles, in this order: after a failure there is an object without triangles.
+        # In the order object, attributes, triangles: after a failure there is at most an object without triangles.
         self.object_info.add(self.resources.object_attributes, instance, self.custom)
         self.visibility.append(seen)
         self._add_attributes(len(self.visibility) - 1, thing, data, material, part, matrix)
         self._add_triangles(part, material)
 
     def _note_materials(self, kind: Kind, thing: bpy.types.Object, material: np.ndarray, notes: list[tuple[str, str]]) -> None:
-        """Note the losses of an object's materials, for the first of its kind."""
+        """Add the losses of an object's materials, only for the first object of its kind."""
         if kind not in self._linked:
             self._linked.add(kind)
             self.note(Loss(thing.name, where, detail) for where, detail in notes)
@@ -160,17 +160,17 @@ class Collector:
         return place(self._meshes[key], matrix)
 
     def _kept(self, kind: Kind, thing: bpy.types.Object, data: bpy.types.Mesh) -> int | None:
-        """The number of the mesh that instances of a kind share; None where each has its own triangles."""
+        """The number of the mesh that instances of a kind share; None if each instance has its own triangles."""
         if kind not in self._uses:
             self._uses[kind] = use_of(thing)
         use = self._uses[kind]
         if use in self._repeated and use not in self._kept_once:
-            self._kept_once[use] = None  # if it cannot be read, it is not tried again
+            self._kept_once[use] = None  # set before reading: after a failure the mesh is not tried again
             self._kept_once[use] = self._add_repeated(thing, data)
         return self._kept_once.get(use)
 
     def _add_repeated(self, thing: bpy.types.Object, data: bpy.types.Mesh) -> int | None:
-        """Keep a mesh once; returns its number. None if it is empty, if it emits, or if its attributes depend on the place."""
+        """Store a mesh once; returns its number. None if it is empty or emits, or if its attributes depend on the instance's matrix."""
         part = self._placed(thing, data, np.eye(4))
         material, notes = self._indices(thing, part.slots)
         shines = any(emits(closure) for index in np.unique(material) for closure in self.shaders[index].closures)
@@ -228,7 +228,7 @@ class Collector:
         return self._shaders[key]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """The arrays of `SceneData`, all but tables. Frees their parts, array by array."""
+        """The arrays of `SceneData` except tables. It frees the parts of each array after joining them."""
         self._meshes.clear()
         names = self.resources.object_attributes
         meshes = self.instances.finish(self._vertices)

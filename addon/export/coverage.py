@@ -1,4 +1,4 @@
-"""The coverage report: a `Loss` for everything that the bundle does not take over and that would change the image."""
+"""The coverage report: one `Loss` for each thing that is missing in the bundle and would change the image."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
@@ -9,8 +9,8 @@ from blender_rl_guiding.scene.description import CAMERA, Closure, Loss, Shader, 
 
 from .visibility import source, visibility
 
-# Other types than these and meshes leave no trace in a render: empties, armatures, lattices, cameras, speakers, probes.
-# Texts, curves, surfaces and metaballs with a surface also come as meshes.
+# Object types that a render shows, beside meshes. Empties, armatures, lattices, cameras, speakers and probes are never visible. Blender
+# also lists texts, curves, surfaces and metaballs with a surface as meshes.
 _VISIBLE = {
     "CURVES": "hair curves",
     "POINTCLOUD": "point cloud",
@@ -18,7 +18,7 @@ _VISIBLE = {
     "GREASEPENCIL": "grease pencil",
 }
 
-# Losses of a bundle, which is one image; a render inside of Blender has all layers and the whole frame.
+# Losses only of a bundle, because it is one image. A render inside Blender has all layers and the whole frame.
 ONE_LAYER = "left out: only the first is exported"
 CROPPED = "render region: the image is cropped to it, instead of black around it"
 
@@ -33,12 +33,12 @@ def summary(losses: Sequence[Loss]) -> str:
 
 
 def in_blender(losses: Iterable[Loss]) -> tuple[Loss, ...]:
-    """The losses of a render inside of Blender, from those of a bundle."""
+    """The losses of a render inside Blender, computed from the losses of a bundle."""
     return tuple(loss for loss in losses if loss.detail not in (ONE_LAYER, CROPPED))
 
 
 def of_instance(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:
-    """The losses of one object, its materials aside. Lamps have `read_lamp`."""
+    """The losses of one object, without its materials. For lamps see `read_lamp`."""
     thing = instance.object
     if instance.show_self:
         yield from (Loss(thing.name, "", detail) for detail in _of_object(instance, view_layer))
@@ -89,8 +89,8 @@ def of_shaders(scene: bpy.types.Scene, shaders: Iterable[Shader]) -> Iterator[Lo
     cycles, closures = scene.cycles, [closure for shader in shaders for closure in shader.closures]
     reflects, refracts = (any(map(does, closures)) for does in (_reflects, _refracts))
     settings = (
-        ("reflective caustics are off: they are in the image", reflects and not cycles.caustics_reflective),
-        ("refractive caustics are off: they are in the image", refracts and not cycles.caustics_refractive),
+        ("reflective caustics are off: they are still rendered", reflects and not cycles.caustics_reflective),
+        ("refractive caustics are off: they are still rendered", refracts and not cycles.caustics_refractive),
         (
             "transparent glass: the world is visible through glass",
             refracts and scene.render.film_transparent and cycles.film_transparent_glass,
@@ -108,7 +108,7 @@ def _refracts(closure: Closure) -> bool:
 
 
 def of_links(depsgraph: bpy.types.Depsgraph) -> Iterator[Loss]:
-    """The losses of data that Blender itself could not find or compute, for all data of the image."""
+    """A loss for each data-block of the image that Blender itself could not find or compute."""
     for block in depsgraph.ids:
         if block.original.is_missing:
             library = block.original.library
@@ -138,7 +138,7 @@ def _of_terminator(cycles: Any, smooth: bool) -> Iterator[str]:
 
 
 def of_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[Loss]:
-    """The losses of render settings that change the scene. Settings by which Cycles trades noise for bias are none."""
+    """The losses of render settings that change the scene. Settings of Cycles that only trade noise for bias are no losses."""
     yield from (Loss(scene.name, "render settings", detail) for detail, lost in _render_settings(scene) if lost)
     layers = [layer.name for layer in scene.view_layers if layer.use]
     yield from (Loss(scene.name, f"view layer '{name}'", ONE_LAYER) for name in layers[1:])

@@ -7,7 +7,7 @@ from blender_rl_guiding.scene.description import Camera
 
 
 class Culling:
-    """Decides by the box around an object. Panoramas and stereoscopy cull nothing."""
+    """Decides from the bounding box of an object. With panoramas and stereoscopy nothing is culled."""
 
     def __init__(self, scene: bpy.types.Scene, camera: Camera) -> None:
         """`camera` is that of the whole frame."""
@@ -20,7 +20,7 @@ class Culling:
             self._margin, self._reach = scene.cycles.camera_cull_margin, scene.cycles.distance_cull_margin
 
     def leaves_out(self, thing: bpy.types.Object, matrix: np.ndarray) -> bool:
-        """Whether an object placed by `matrix`, (4, 4), is culled: by each kind that both the scene and the object switch on."""
+        """Whether an object with `matrix`, (4, 4), is culled: by every kind of culling that both the scene and the object enable."""
         sight = self._sight and thing.cycles.use_camera_cull
         distance = self._distance and thing.cycles.use_distance_cull
         if not (sight or distance):

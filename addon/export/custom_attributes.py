@@ -12,8 +12,8 @@ from .attributes import colors_of
 from .geometry import read_array
 
 _UNUSED = 2**31 - 1  # in `persistent_id`
-_PARTS = ("mesh", "volume", "curves", "pointcloud", "grease_pencil")  # of a geometry, beside its instances
-# Types of objects with a geometry: Blender refuses that of others, such as an Empty that shows a collection.
+_PARTS = ("mesh", "volume", "curves", "pointcloud", "grease_pencil")  # parts of a geometry other than its instances
+# Types of objects with a geometry. For other types, such as an Empty that shows a collection, Blender raises an error.
 _GEOMETRIES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "VOLUME", "GREASEPENCIL"}
 _OWN = {"MESH": "mesh", "VOLUME": "volume", "CURVE": "curves", "FONT": "curves", "CURVES": "curves", "POINTCLOUD": "pointcloud"}
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
@@ -25,15 +25,15 @@ class _Level:
     """A geometry with instances; each of these may be a level of its own."""
 
     def __init__(self, geometry: Any, own: str = "") -> None:
-        self._geometry = geometry  # keeps its points alive
+        self._geometry = geometry  # a reference, so that Blender does not free the points
         self._points = geometry.instances_pointcloud()
-        # Beside other parts, the path to an instance begins with a number for "the instances".
+        # If the geometry has other parts, the path to an instance begins with a number for the component "instances".
         self.beside = any(getattr(geometry, part) is not None for part in _PARTS if part != own)
         self._below: dict[int, _Level | _Members | None] = {}
         self._colors: dict[str, np.ndarray | None] = {}
         count, given = len(self._points.points), self._points.attributes.get("id")
         ids = read_array(given.data, "value", (), np.int32).tolist() if given else range(count)
-        self.places = {number: place for place, number in reversed([*enumerate(ids)])}  # of equal ids the first counts
+        self.places = {number: place for place, number in reversed([*enumerate(ids)])}  # among equal ids the first counts
         self._references = geometry.instance_references()
         self._chosen = read_array(self._points.attributes[".reference_index"].data, "value", (), np.int32)
 
@@ -55,7 +55,7 @@ class _Level:
 
 
 class _Members:
-    """The objects of a collection, by number. They lack attributes of instances; their own instances may have them."""
+    """The objects of a collection, by number. They have no instance attributes; but their own instances may have some."""
 
     beside = False
 
@@ -79,9 +79,9 @@ def _of_geometry(geometry: Any, own: str = "") -> _Level | None:
 
 
 def _of_id(thing: bpy.types.Object | bpy.types.Collection) -> _Level | _Members | None:
-    """The level of an object with instances, or of a collection that geometry nodes instance; None of others."""
+    """The level of an object with instances, or of a collection that geometry nodes instance; None for others."""
     if isinstance(thing, bpy.types.Collection):
-        # Each object that renders has two numbers: for itself and for its instances.
+        # Each rendered object has two numbers: one for itself and one for its instances.
         shown = {member.as_pointer() for member in _members(thing)}
         objects = [member for member in thing.all_objects if member.as_pointer() in shown]
         return _Members({n: objects[n // 2] for n in range(2 * len(objects))})
@@ -108,7 +108,7 @@ class CustomAttributes:
         self.losses: dict[Loss, None] = {}  # an ordered set
 
     def find(self, kind: str, name: str, instance: bpy.types.DepsgraphObjectInstance) -> Color4:
-        """Linear RGBA; zeros where there is no such attribute."""
+        """Linear RGBA; zeros if there is no such attribute."""
         found = (color for color in self._candidates(kind, name, instance) if color is not None)
         return next(found, _NOTHING)
 
@@ -125,7 +125,7 @@ class CustomAttributes:
         yield from _of_thing(instance.object, name)
 
     def _places(self, instance: bpy.types.DepsgraphObjectInstance) -> Sequence[tuple[_Level | _Members, int]]:
-        """The instances around an instance, outermost first: level and place in it."""
+        """The instances that contain an instance, outermost first: level and index in this level."""
         key, found = instance.parent.as_pointer(), []
         if key not in self._levels:
             self._levels[key] = _of_id(instance.parent)

@@ -8,7 +8,7 @@ _FILTERS: dict[str, Filter] = {"BOX": "box", "GAUSSIAN": "gaussian", "BLACKMAN_H
 
 
 def read_film(scene: bpy.types.Scene) -> Film:
-    """Cycles' settings; in a Blender without Cycles the defaults of `Film`."""
+    """The film from Cycles' settings; the defaults of `Film` in a Blender without Cycles."""
     transparent = scene.render.film_transparent
     if not hasattr(scene, "cycles"):
         return Film(transparent=transparent)
@@ -18,9 +18,9 @@ def read_film(scene: bpy.types.Scene) -> Film:
 
 
 def read_bounces(scene: bpy.types.Scene) -> Bounces:
-    """Limits of scattering events: N of Cycles' bounces are N + 1 events, of each kind and of all.
+    """Limits of scattering events: a limit of N bounces in Cycles is N + 1 events here, for each kind and for the total.
 
-    Transparent surfaces are passed N times. With a minimum of N bounces, roulette begins after N + 2 events.
+    A path passes at most N transparent surfaces. With a minimum of N bounces, roulette begins after N + 2 events.
     """
     if not hasattr(scene, "cycles"):
         return Bounces()

@@ -11,10 +11,10 @@ import numpy as np
 from blender_rl_guiding.errors import InputError
 from blender_rl_guiding.scene.faults import without_area
 
-# Raised by Blender and numpy on faulty data of an object.
+# Errors of Blender and numpy on an object's faulty data.
 UNREADABLE = (InputError, ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 _FAR = 1e18
-_BLOCK = 1 << 16  # triangles whose arithmetic stays in the cache
+_BLOCK = 1 << 16  # so many triangles at a time fit into the processor's cache
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class Triangles:
     corners: np.ndarray  # (T, 3) int32, indices of vertices
     normals: np.ndarray  # (T, 3, 3) float32, unit length
     slots: np.ndarray  # (T,) int32, material index of the face
-    kept: np.ndarray | None  # (M,) bool, which of the mesh's triangles these are: those with area; None means all
+    kept: np.ndarray | None  # (M,) bool, True for each of the mesh's triangles that is in `corners` (it has area); None means all
     mirrored: bool  # whether the corners of each triangle are in reverse order
 
 
 @contextmanager
 def evaluated_mesh(thing: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
-    """The mesh of an evaluated object; a copy in edit mode, as in Cycles, where the mesh itself is empty."""
+    """The mesh of an evaluated object. In edit mode this mesh is empty, so a copy is used, as in Cycles."""
     if not thing.data.is_editmode:
         yield thing.data
         return
@@ -56,7 +56,7 @@ def evaluated_mesh(thing: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
 
 
 def read_mesh(mesh: bpy.types.Mesh) -> Mesh:
-    """A mesh in its own space; empty without faces. InputError where a vertex is not finite, or areas overflow."""
+    """A mesh in its own space; empty without faces. InputError if a vertex is not finite, or areas overflow."""
     if not len(mesh.polygons):
         return _EMPTY
     vertices = read_array(mesh.attributes["position"].data, "vector", (3,), np.float32)
@@ -91,7 +91,7 @@ def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
 def loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
     """(T, 3) int32, the corners of faces at the corners of triangles.
 
-    Read from Blender's own array: `foreach_get` asks for them one by one, and takes longer than all the rest of an export.
+    Read from Blender's own array, because `foreach_get` reads the values one by one; this would take longer than the rest of the export.
     """
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
@@ -103,7 +103,7 @@ def loop_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
 
 
 def _normals(mesh: bpy.types.Mesh, corners: np.ndarray, faces: np.ndarray, loops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The fewest normals that tell flat, smooth, sharp and custom shading; and the index of each corner's, (T, 3)."""
+    """The smallest array of normals for flat, smooth, sharp and custom shading, and the index of each corner's normal, (T, 3)."""
     if mesh.normals_domain == "POINT":
         return read_array(mesh.vertex_normals, "vector", (3,), np.float32), corners
     if mesh.normals_domain == "FACE":
@@ -112,7 +112,7 @@ def _normals(mesh: bpy.types.Mesh, corners: np.ndarray, faces: np.ndarray, loops
 
 
 def _without_loose(mesh: Mesh) -> Mesh:
-    """A mesh without vertices that no triangle uses: they would widen the scene's bounds."""
+    """A mesh without its unused vertices, because these would enlarge the scene's bounds."""
     used = np.zeros(len(mesh.vertices), bool)
     used[mesh.corners] = True
     if used.all():
@@ -122,7 +122,9 @@ def _without_loose(mesh: Mesh) -> Mesh:
 
 
 def place(mesh: Mesh, matrix: np.ndarray) -> Triangles:
-    """A mesh in the world by `matrix`, (4, 4), see `check_transform`. If it mirrors, the winding turns, to agree with the normals."""
+    """A mesh, transformed to the world by `matrix`, (4, 4), see `check_transform`. If it mirrors, the winding is reversed to match the
+    normals.
+    """
     cofactors, mirrored = _cofactors(matrix[:3, :3])
     vertices, normals = apply(matrix[:3, :3], mesh.vertices, matrix[:3, 3]), unit(apply(cofactors, mesh.normals))
     flat = without_area(vertices, mesh.corners)
@@ -135,7 +137,7 @@ def place(mesh: Mesh, matrix: np.ndarray) -> Triangles:
 
 
 def check_transform(matrix: np.ndarray) -> None:
-    """InputError where a number of a matrix is not finite, or too large."""
+    """InputError if a number of a matrix is not finite, or too large."""
     if np.abs(matrix).max() <= _FAR:
         return
     raise InputError(f"its transform is {'out of range' if np.isfinite(matrix).all() else 'not finite'}")
@@ -167,7 +169,7 @@ def _blocks(count: int) -> Iterator[slice]:
 def apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0)) -> np.ndarray:
     """Points (N, 3) times a (3, 3) matrix plus a shift, in float32.
 
-    Written out: the rounding of `@` differs between builds of numpy, and the scene's key with it.
+    Written without `@`: the rounding of `@` differs between builds of numpy, so the scene's key would differ, too.
     """
     result = np.empty(points.shape, np.float32)
     for block in _blocks(len(points)):
@@ -178,7 +180,7 @@ def apply(matrix: np.ndarray, points: np.ndarray, shift: np.ndarray | tuple[floa
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """(N, 3) vectors of length 1; zeros where the length is zero or not finite."""
+    """(N, 3) vectors of length 1; zeros if the length is zero or not finite."""
     result = np.empty(vectors.shape, np.float32)
     for block in _blocks(len(vectors)):
         x, y, z = vectors[block].T.astype(np.float64)

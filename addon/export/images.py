@@ -33,8 +33,8 @@ def read_image(at: At, *, wants_alpha: bool) -> tuple[int, Alpha]:
 def _read(resources: Resources, image: bpy.types.Image, frame: int, wants_alpha: bool) -> tuple[int, Alpha, list[str]]:
     """As `read_image`, and the losses.
 
-    Where no node wants the alpha, Cycles multiplies colours by it, unless the image keeps the two apart. Colours that come multiplied
-    are taken as they are: they may be light where alpha is 0.
+    If no node reads the alpha, Cycles multiplies colours by alpha, unless the image's alpha mode keeps the two apart. Colours that Blender
+    has already multiplied stay unchanged; they may be positive at alpha 0.
     """
     textures, notes, associated, multiplied = [], _notes(image), False, False
     for tile, rest, place, pixels in pictures(image, frame):
@@ -69,20 +69,20 @@ def _alpha(wanted: bool, multiplied: bool, idle: bool) -> Alpha:
 
 
 def _comes_multiplied(image: bpy.types.Image, is_float: bool) -> bool:
-    """Whether Cycles takes colours for multiplied by alpha: PREMUL ones, and floats that it reads itself.
+    """Whether Cycles assumes that the colours are multiplied by alpha: for PREMUL images, and for floats that Cycles itself reads.
 
-    It multiplies STRAIGHT floats from Blender again, though they come multiplied.
+    Cycles multiplies STRAIGHT floats from Blender a second time, although they are already multiplied.
     """
     return image.alpha_mode == "PREMUL" or (is_float and not _is_handed_over(image))
 
 
 def _is_handed_over(image: bpy.types.Image) -> bool:
-    """Whether Blender hands the texels to Cycles, which reads other files itself."""
+    """Whether Cycles gets the texels from Blender; Cycles reads other files itself."""
     return image.packed_file is not None or image.source in ("GENERATED", "MOVIE")
 
 
 def _notes(image: bpy.types.Image) -> list[str]:
-    return ["has tiles with changes that are not saved: the files stand in"] if image.source == "TILED" and image.is_dirty else []
+    return ["has tiles with unsaved changes: the saved files stand in"] if image.source == "TILED" and image.is_dirty else []
 
 
 def _missing(name: str, tile: int = 0, rest: int = 0) -> Texture:
@@ -93,7 +93,7 @@ def _texels(image: bpy.types.Image, pixels: bpy.types.Image, *, opaque: bool, mu
     """`srgb` and `texels` of a `Texture`."""
     texels = stored_pixels(pixels)
     if pixels.is_float:
-        texels[~np.isfinite(texels).all(axis=2)] = 0.0  # as in Cycles: the whole texel, if one channel is not finite
+        texels[~np.isfinite(texels).all(axis=2)] = 0.0  # as in Cycles: if one channel is not finite, the whole texel is 0
     if multiplied and not pixels.is_float and not _is_handed_over(image):
         texels[..., :3] *= texels[..., 3:]  # undoes Blender's division; rounded, these are the file's codes
     if opaque or image.alpha_mode == "NONE":

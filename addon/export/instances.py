@@ -1,4 +1,4 @@
-"""Instances of repeated meshes: chooses the meshes to keep once, and collects their instances."""
+"""Instances of repeated meshes: chooses the meshes to store once, and collects their instances."""
 
 from array import array
 from collections import Counter
@@ -11,10 +11,10 @@ from mathutils import Matrix
 from .geometry import Triangles
 from .object_info import ObjectInfo, ObjectKey
 
-# Triangles to copy into the world all the same: rays find them faster than through instances, for 0.2 GB in all.
+# Up to this many triangles are copied into the world: rays hit copies faster than instances. They take 0.2 GB in all.
 COPIES = 1 << 20
-_COST = 2  # triangles with as much memory as an instance
-_THINNEST = 1e-3  # least ratio of an instance's scales, and of its volume to theirs: float32 cannot invert much flatter matrices
+_COST = 2  # memory of an instance, in triangles
+_THINNEST = 1e-3  # limit for min / max of the scales, and for |det| / their product: float32 cannot invert much flatter matrices
 _SMALLEST, _LARGEST = 1e-7, 1e9
 
 Kind = tuple[int, int, int]  # addresses of an object, of its data and of its instancer
@@ -22,19 +22,19 @@ Use = tuple[int, ...]  # addresses of a mesh and of the materials in the slots o
 
 
 def kind_of(instance: bpy.types.DepsgraphObjectInstance) -> Kind:
-    """A key that is equal for instances that differ in place alone: one answer is good for all of them."""
+    """A key that is equal for instances that differ only in their matrix. So one evaluation is enough for all of them."""
     thing, data = instance.object, instance.object.data
     parent = instance.parent.as_pointer() if instance.is_instance else 0
     return thing.original.as_pointer(), data.as_pointer() if data else 0, parent
 
 
 def use_of(thing: bpy.types.Object) -> Use:
-    """A key that is equal for objects that can share triangles."""
+    """A key that is equal for two objects if they can share triangles."""
     return (thing.data.as_pointer(), *(slot.material.as_pointer() if slot.material else 0 for slot in thing.material_slots))
 
 
 def worth_instancing(instances: Iterable[bpy.types.DepsgraphObjectInstance]) -> frozenset[Use]:
-    """The uses to keep once: those that save most, until no more than `COPIES` triangles are left to copy."""
+    """The uses to store once, those with the largest saving first, until at most `COPIES` triangles remain to be copied."""
     uses: dict[Kind, Use] = {}
     triangles: dict[Use, int] = {}
     counts: Counter[Use] = Counter()
@@ -58,14 +58,14 @@ def worth_instancing(instances: Iterable[bpy.types.DepsgraphObjectInstance]) -> 
 
 
 def fits(matrix: Matrix) -> bool:
-    """Whether float32 is exact enough for rays in the space that `matrix`, (4, 4), takes to the world."""
+    """Whether float32 is precise enough for rays in mesh space; `matrix`, (4, 4), transforms mesh space to world space."""
     smallest, middle, largest = sorted(map(abs, matrix.to_scale()))
     thick = smallest > _THINNEST * largest and abs(matrix.determinant()) > _THINNEST * smallest * middle * largest
     return thick and smallest > _SMALLEST and largest < _LARGEST
 
 
 class Instances:
-    """Grows mesh by mesh and instance by instance."""
+    """Collects meshes and their instances, one by one."""
 
     def __init__(self) -> None:
         self.parts: dict[str, list[np.ndarray]] = {"vertices": [], "triangles": [], "normals": [], "material": []}
@@ -93,7 +93,7 @@ class Instances:
         return self._notes[mesh]
 
     def finish(self, vertices: int) -> np.ndarray:
-        """Drop meshes without a readable instance; returns the numbers of the others, rising.
+        """Drop meshes without a readable instance; returns the numbers of the others, in ascending order.
 
         Corners then count from the scene's first vertex: `vertices` come before those of meshes.
         """
@@ -105,7 +105,7 @@ class Instances:
         return used
 
     def arrays(self, used: np.ndarray, names: Sequence[ObjectKey]) -> dict[str, np.ndarray]:
-        """The arrays of `SceneData` about instances, those of one mesh and visibility together. `meshes` counts from the first mesh."""
+        """The arrays of `SceneData` about instances, grouped by mesh and visibility. `meshes` counts from the first mesh."""
         mesh, seen = np.array(self._mesh, np.int32), np.array(self._seen, np.uint8)
         order = np.lexsort((seen, mesh))
         sizes = [len(corners) for corners in self.parts["triangles"]]

@@ -1,4 +1,4 @@
-"""Nodes of a lamp: places, directions and coordinates of its shining point, as measured in Cycles."""
+"""Nodes of a lamp: position, direction and coordinates of the emitting point, as measured in Cycles."""
 
 import math
 
@@ -14,7 +14,7 @@ from .resources import Resources
 
 
 class LampNetwork(Network):
-    """The code of one lamp's shader. Its place is known: attributes become arithmetic."""
+    """The code of one lamp's shader. The lamp's matrix is known at export, so attributes become arithmetic."""
 
     lamp = True
 

@@ -16,13 +16,13 @@ from .shaders import closures_at
 
 _MAX_BOUNCES = 1024  # the default limit of a lamp
 _WHITE = (1.0, 1.0, 1.0)
-_STRAIGHT = 1e-4  # cosine of axes that count as perpendicular, and relative difference of scales that count as equal
+_STRAIGHT = 1e-4  # axes with a smaller cosine count as perpendicular; scales with a smaller relative difference count as equal
 
 
 def read_lamp(
     instance: bpy.types.DepsgraphObjectInstance, visibility: int, resources: Resources, depsgraph: bpy.types.Depsgraph
 ) -> tuple[Lamp | None, Shader | None, list[Loss]]:
-    """A lamp, its shader if the light varies, and its losses; no lamp where there is no light."""
+    """A lamp, its shader if the light varies, and its losses. If there is no light, the lamp is None."""
     thing, matrix = instance.object, np.array(instance.matrix_world, np.float64)
     light = thing.data
     unit, shape = _SHAPES[light.type](light, matrix)
@@ -45,7 +45,7 @@ def read_lamp(
 
 
 def _of_cycles(light: bpy.types.Light, name: str, default: Any) -> Any:
-    """A setting that only a Blender with Cycles knows."""
+    """A setting that exists only in a Blender with Cycles."""
     return getattr(light.cycles, name) if hasattr(light, "cycles") else default
 
 
@@ -61,7 +61,7 @@ def _power(light: bpy.types.Light) -> Color:
 
 
 def _read_nodes(light: bpy.types.Light, network: LampNetwork) -> tuple[Color, Shader | None, list[tuple[str, str]]]:
-    """The factors on the lamp's power by its nodes: a colour, and a shader if they vary; and notes, as of `Network`."""
+    """The factors of the lamp's nodes on its power: a colour, and a shader if they vary. Also notes, as in `Network`."""
     if not has_nodes(light):
         return _WHITE, None, []
     output = light.node_tree.get_output_node("CYCLES")
@@ -117,7 +117,7 @@ _SHAPES = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 
 def _frame(matrix: np.ndarray) -> Matrix:
-    """A lamp's place and unit axes, right-handed. z keeps its direction; x and y are made perpendicular to it."""
+    """A lamp's position and right-handed unit axes. z keeps its direction; x and y are made perpendicular to z."""
     y, z = matrix[:3, 1], matrix[:3, 2]
     z = _unit(z, np.array((0.0, 0.0, 1.0)))
     aside = np.eye(3)[np.abs(z).argmin()]

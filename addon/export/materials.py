@@ -13,7 +13,9 @@ Notes = tuple[tuple[str, str], ...]  # `where` and `detail` of losses
 
 
 def read_material(material: bpy.types.Material | None, resources: Resources) -> tuple[Shader, Notes]:
-    """As in Cycles: no material is a Principled BSDF, one without nodes its viewport colour, one without a surface black."""
+    """A material's shader. As in Cycles, an empty slot is a Principled BSDF, a material without nodes has its viewport colour, and a
+    material without a surface is black.
+    """
     if material is None:
         return Shader("", (), (Closure("principled", 1.0),)), ()
     if not has_nodes(material):
@@ -27,7 +29,7 @@ def read_material(material: bpy.types.Material | None, resources: Resources) -> 
 
 
 def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
-    """Whether nodes make up a material or world."""
+    """Whether a material or world uses nodes."""
     return owner.node_tree is not None and (bpy.app.version >= (5, 0) or owner.use_nodes)
 
 

@@ -1,4 +1,4 @@
-"""Losses by motion blur: everything that moves while the shutter is open."""
+"""Losses from motion blur: each object that moves while the shutter is open."""
 
 from array import array
 from collections.abc import Callable, Iterator
@@ -13,7 +13,7 @@ from blender_rl_guiding.scene.description import Loss
 from .geometry import UNREADABLE, evaluated_mesh, read_array
 from .visibility import visibility
 
-FrameSet = Callable[[int, float], None]  # a render engine's: evaluates its depsgraph at (frame, share of the next)
+FrameSet = Callable[[int, float], None]  # method of a render engine: evaluates its depsgraph at (frame, subframe)
 _STILL = 1e-6  # relative to the largest number of a transform
 _DETAIL = "motion blur: it stands still at the frame's own time"
 
@@ -21,8 +21,8 @@ _DETAIL = "motion blur: it stands still at the frame's own time"
 class _State(NamedTuple):
     """An instance at one time."""
 
-    matrix: bytes  # to world space, float32; empty where Cycles does not blur it
-    shape: tuple[int, int] | None  # number of vertices, and a digest of their places; None likewise
+    matrix: bytes  # to world space, float32; empty if Cycles does not blur the transform
+    shape: tuple[int, int] | None  # number of vertices, and a digest of their positions; None if Cycles does not blur the shape
 
 
 def of_motion(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet) -> Iterator[Loss]:
@@ -49,7 +49,7 @@ def _split(time: float) -> tuple[int, float]:
 
 
 def _shutter(render: bpy.types.RenderSettings, frame: float) -> tuple[float, float]:
-    """When it opens and closes, in frames."""
+    """The times at which the shutter opens and closes, in frames."""
     before = {"START": 0.0, "CENTER": 0.5, "END": 1.0}[render.motion_blur_position]
     opens = frame - before * render.motion_blur_shutter
     return opens, opens + render.motion_blur_shutter
@@ -60,7 +60,7 @@ def _moves(a: _State, b: _State) -> bool:
         before, after = np.frombuffer(a.matrix, np.float32), np.frombuffer(b.matrix, np.float32)
         if np.abs(before - after).max() > _STILL * max(np.abs(before).max(), 1.0):
             return True
-    # With another number of vertices Cycles blurs nothing.
+    # If the number of vertices changes, Cycles blurs nothing.
     return a.shape is not None and b.shape is not None and a.shape[0] == b.shape[0] and a.shape != b.shape
 
 
@@ -77,7 +77,7 @@ def _states(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[bytes, str, _State
 
 
 def _key(instance: bpy.types.DepsgraphObjectInstance) -> bytes:
-    """A key in little memory. `name_full`: objects of different files may have one name."""
+    """A small key. It uses `name_full`, because objects from different files may have the same name."""
     parent = instance.parent.name_full if instance.is_instance else ""
     return "\0".join((instance.object.name_full, parent, "")).encode() + array("i", instance.persistent_id).tobytes()
 
@@ -93,7 +93,7 @@ def _blurs(instance: bpy.types.DepsgraphObjectInstance, switch: str) -> bool:
 
 
 def _shape(thing: bpy.types.Object, known: dict[int, tuple[int, int] | None]) -> tuple[int, int] | None:
-    """`_State.shape`; None where a mesh cannot be read: `Collector` lists it."""
+    """`_State.shape`; None if a mesh cannot be read: `Collector` lists it."""
     key = thing.data.as_pointer()
     if key not in known:
         known[key] = None

@@ -11,17 +11,17 @@ from blender_rl_guiding.scene.ops import fault
 from .resources import Resources
 
 Path = tuple[bpy.types.Node, ...]  # the group nodes that lead to a node tree, outermost first
-Reader = Callable[["At", str], Value | None]  # (a node, identifier of an output) -> its value; None, with a note, if it cannot be told
+Reader = Callable[["At", str], Value | None]  # (a node, identifier of an output) -> its value; None, with a note, if it is not supported
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # types of sockets
 
 
 class Network:
-    """The code of one shader in the making, and `notes`: `where` and `detail` of its losses."""
+    """The growing code of one shader, and `notes`: `where` and `detail` of its losses."""
 
     lamp = False  # whether the shader is a lamp's
 
     def __init__(self, readers: Mapping[str, Reader], resources: Resources, *, world: bool = False, pass_index: int = 0) -> None:
-        """`readers`: by the `bl_idname` of the nodes that each reads; `pass_index`: the material's."""
+        """`readers`: one for each `bl_idname` of a node. `pass_index`: of the material."""
         self.readers, self.resources, self.world, self.pass_index = readers, resources, world, pass_index
         self.notes: dict[tuple[str, str], None] = {}  # an ordered set
         self.distant = world  # whether the shaded point is infinitely far away
@@ -34,7 +34,7 @@ class Network:
         return tuple(self._steps)
 
     def add(self, op: str, *inputs: Value, mode: str = "", options: tuple[int, ...] = ()) -> Node:
-        """The value of a step; an equal step is taken once."""
+        """The value of a step. Equal steps are stored once."""
         problem = fault(op, mode, len(inputs), len(options))
         assert not problem, f"{op}: {problem}"
         return self._steps.setdefault(Instruction(op, inputs, mode, tuple(int(n) for n in options)), Node(len(self._steps)))
@@ -52,7 +52,7 @@ class Network:
         return self.add("light_path", mode=mode)
 
     def arriving(self, socket: bpy.types.NodeSocket, path: Path) -> Value | None:
-        """The value that a link brings to an input, in the input's type; None without a link, or where a reader gives none."""
+        """The value of an input's link, in the input's type; None without a link, or if the reader returns None."""
         link = link_to(socket)
         if link is None:
             return None
@@ -60,7 +60,7 @@ class Network:
         return None if value is None else self._converted(value, link.from_socket.type, socket.type)
 
     def value(self, socket: bpy.types.NodeSocket, path: Path) -> Value:
-        """The value of an input: by its link, or else its own."""
+        """The value of an input: from its link if there is one, otherwise its own value."""
         arriving = self.arriving(socket, path)
         return unlinked(socket) if arriving is None else arriving
 
@@ -84,7 +84,7 @@ class Network:
         return self._relayed(socket, path) if _hands_on(socket.node) else self.read(At(self, socket.node, path), socket.identifier)
 
     def read(self, at: "At", output: str) -> Value | None:
-        """The value of an output, by its identifier; None, with a note, where no reader can tell."""
+        """The value of the output with this identifier; None, with a note, if no reader supports it."""
         if at.node.bl_idname in self.readers:
             return self.readers[at.node.bl_idname](at, output)
         at.note(f"{at.node.bl_label} is not supported: the unlinked values of the sockets that it leads to stand in")
@@ -94,7 +94,7 @@ class Network:
         inner = _handed_on(socket, path)
         if inner is None:
             return None
-        # As in Cycles, inputs of groups hand on their own values, those of reroutes and muted nodes do not.
+        # As in Cycles, unlinked inputs of groups pass on their own values; unlinked inputs of reroutes and muted nodes do not.
         own = _is_group(socket.node) and not socket.node.mute
         value = self.value(*inner) if own else self.arriving(*inner)
         return None if value is None else self._converted(value, inner[0].type, socket.type)
@@ -115,7 +115,7 @@ class At:
     path: Path
 
     def value(self, identifier: str, implicit: Callable[[], Value] | None = None) -> Value:
-        """The value of an input, by its identifier: by its link, or else `implicit()`, or its own."""
+        """The value of the input with this identifier: from its link, otherwise from `implicit()`, otherwise its own value."""
         socket = find(self.node.inputs, identifier)
         if implicit is None:
             return self.network.value(socket, self.path)
@@ -145,7 +145,7 @@ class At:
         return self.network.attribute(kind, name)
 
     def note(self, detail: str, socket: str = "") -> None:
-        """Put down what is lost here, and what stands in its place."""
+        """Add a loss of this node: what is lost, and its substitute."""
         where = [f"group '{group.node_tree.name}'" for group in self.path] + [f"node '{self.node.name}'"]
         where += [f"socket '{socket}'"] if socket else []
         self.network.notes[", ".join(where), detail] = None
@@ -168,7 +168,7 @@ def link_to(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
 
 
 def unlinked(socket: bpy.types.NodeSocket) -> Value:
-    """The own value of an input, or of an output that keeps one."""
+    """The own value of an input, or of an output that has one."""
     value = socket.default_value
     return float(value) if isinstance(value, int | float) else triple(value)
 
@@ -180,7 +180,7 @@ def triple(values: Sequence[float]) -> Color:
 
 
 def _hands_on(node: bpy.types.Node) -> bool:
-    """Whether a node hands on its inputs unchanged."""
+    """Whether a node passes on its inputs unchanged."""
     return node.mute or node.bl_idname == "NodeReroute" or _is_group(node)
 
 
@@ -189,7 +189,7 @@ def _is_group(node: bpy.types.Node) -> bool:
 
 
 def _handed_on(output: bpy.types.NodeSocket, path: Path) -> tuple[bpy.types.NodeSocket, Path] | None:
-    """The input that an output of such a node hands on, and its path."""
+    """The input that such a node passes on to this output, and the path of this input."""
     node = output.node
     if node.bl_idname == "NodeReroute":
         return node.inputs[0], path

@@ -17,14 +17,14 @@ ObjectKey = str | tuple[str, str, str]  # see `Resources`
 
 
 class ObjectInfo:
-    """The object attributes of a scene, growing object by object."""
+    """Collects the object attributes of a scene, object by object."""
 
     def __init__(self) -> None:
         self._count = 0
-        self._values: dict[ObjectKey, array] = {}  # three numbers for each object, up to the last that has the attribute
+        self._values: dict[ObjectKey, array] = {}  # three numbers for each object, up to the last object with the attribute
 
     def add(self, names: Iterable[ObjectKey], instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> None:
-        """Add an object, whose shaders have been read. InputError, and no object, where a number is not finite."""
+        """Add an object after its shaders have been read. If a number is not finite, InputError; the object is then not added."""
         found = [(name, object_attribute(name, instance, custom)) for name in names]
         for name, numbers in found:
             values = self._values.setdefault(name, array("f"))
@@ -33,7 +33,7 @@ class ObjectInfo:
         self._count += 1
 
     def table(self, names: Sequence[ObjectKey]) -> np.ndarray:
-        """(B, O, 3) float32; 0 where an object lacks an attribute."""
+        """(B, O, 3) float32; 0 if an object lacks an attribute."""
         rows = np.zeros((len(names), self._count, 3), np.float32)
         for row, name in zip(rows, names, strict=True):
             values = np.array(self._values.get(name, ()), np.float32).reshape(-1, 3)
@@ -42,7 +42,7 @@ class ObjectInfo:
 
 
 def object_attribute(name: ObjectKey, instance: bpy.types.DepsgraphObjectInstance, custom: CustomAttributes) -> tuple[float, float, float]:
-    """One of `Resources.object_attributes`: a triple, or a number thrice. InputError where a number is not finite."""
+    """One of `Resources.object_attributes`: a triple, or a number thrice. InputError if a number is not finite."""
     x, y, z = _custom(*name, instance, custom) if isinstance(name, tuple) else own_attribute(name, instance)
     if not np.isfinite((x, y, z)).all():
         raise InputError(f"its {name if isinstance(name, str) else name[1]} is not finite: ({x:g}, {y:g}, {z:g})")
@@ -70,7 +70,7 @@ def own_attribute(name: str, instance: bpy.types.DepsgraphObjectInstance) -> tup
 
 
 def random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:
-    """0 to 1, as in Cycles: a hash of the object's name, or for an instance Blender's own number."""
+    """A number in 0..1, as in Cycles: a hash of the object's name; for an instance, Blender's own number."""
     number = instance.random_id % _WORD if instance.is_instance else _hash(_hash_string(instance.object.name))
     return number / (_WORD - 1)
 
@@ -83,7 +83,7 @@ def _hash_string(text: str) -> int:
 
 
 def _hash(number: int) -> int:
-    """The final mix of Bob Jenkins' lookup3 (public domain, http://burtleburtle.net/bob/c/lookup3.c), for a number and a zero."""
+    """The final mix of Bob Jenkins' lookup3 (public domain, http://burtleburtle.net/bob/c/lookup3.c) of the pair (number, 0)."""
     start = 0xDEADBEEF + (2 << 2) + 13
     words = [(start + number) % _WORD, start, start]
     for step, turn in enumerate((14, 11, 25, 16, 4, 14, 24)):

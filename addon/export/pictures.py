@@ -1,4 +1,4 @@
-"""The pictures of an image: that of a sequence or movie at a frame, the tiles of a tiled image."""
+"""The pictures of an image: one frame of a sequence or movie, or the tiles of a tiled image."""
 
 import re
 from collections.abc import Iterator
@@ -13,16 +13,17 @@ _LAST_NUMBER = re.compile(r"(.*?)(\d+)(\D*)", re.DOTALL)
 class Picture(NamedTuple):
     """A picture of an image."""
 
-    tile: int  # its UDIM number; 0 where the image has no tiles
+    tile: int  # its UDIM number; 0 if the image has no tiles
     rest: int  # how many tiles follow
     place: str  # path of its file
-    pixels: bpy.types.Image | None  # has the pixels until the next picture is asked for; None where they cannot be read
+    pixels: bpy.types.Image | None  # valid only until the next picture is requested; None if the pixels cannot be read
 
 
 def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
     """All pictures of an image: tiles in rising order, or the picture of a frame, see `frame_shown`.
 
-    Blender gives the pixels of one frame and one tile alone: the others are read as images of their own, outside of the user's file.
+    Blender gives access to the pixels of only one frame and tile. Other frames and tiles are read as separate images, outside of the user's
+    file.
     """
     if image.source == "SEQUENCE":
         found = [(0, _sequence_path(image, frame))]
@@ -34,7 +35,7 @@ def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
         yield Picture(0, 0, image.filepath, image if image.size[0] else None)
         return
     packed = {file.tile_number: file.packed_file for file in image.packed_files}
-    with bpy.data.temp_data() as data:  # Blender crashes if anything refers to it when the next is made
+    with bpy.data.temp_data() as data:  # Blender crashes if references to this exist when the next one is made
         for k, (tile, path) in enumerate(found, 1):
             pixels = _unpacked(data, packed[tile].data) if packed.get(tile) else _opened(data, path)
             if pixels:
@@ -45,7 +46,7 @@ def pictures(image: bpy.types.Image, frame: int) -> Iterator[Picture]:
 
 
 def frame_shown(image: bpy.types.Image, user: bpy.types.ImageUser, frame: int) -> int:
-    """The number of the picture that an animated image shows at a frame of the scene; 0 for other images.
+    """The number of an animated image's picture at a frame of the scene; 0 for other images.
 
     As in Cycles, Auto Refresh has no effect.
     """
@@ -94,10 +95,10 @@ def _unpacked(data: bpy.types.BlendData, content: bytes) -> bpy.types.Image:
 def _set_up(data: bpy.types.BlendData, pixels: bpy.types.Image, image: bpy.types.Image, frame: int) -> None:
     """Give a picture the settings of its image."""
     pixels.alpha_mode = image.alpha_mode
-    image.size[:]  # reading it makes Blender choose a colour space
+    image.size[:]  # this access makes Blender choose a colour space
     if image.colorspace_settings.name:
         pixels.colorspace_settings.name = image.colorspace_settings.name
-    if image.source == "MOVIE":  # its pixels are of the frame that was looked up last
+    if image.source == "MOVIE":  # its pixels belong to the frame of the last access
         texture = data.textures.new("Seek", "IMAGE")
         texture.image = pixels
         texture.image_user.frame_duration = max(frame, 1)

@@ -10,12 +10,12 @@ from blender_rl_guiding.scene.ops import Alpha
 
 from .stop import Stop, never
 
-# The first so many options of an instruction are numbers of corner attributes, or below zero.
+# The first n options of an instruction are numbers of corner attributes, or negative for none.
 _CORNER_OPTIONS = {"attribute": 1, "tangent": 1, "tangent_space": 3}
 
 
 class Resources:
-    """Grows while shaders are read. A number is a place in a list.
+    """Collects resources while shaders are read. The number of a resource is its index in a list.
 
     Corner attributes have keys (kind, name), three numbers at each corner of each triangle:
     - UV, TANGENT, TANGENT_SIGN of a UV map: u v 0; MikkTSpace's tangent in the space of the object; its sign thrice. "" is the map for
@@ -37,8 +37,8 @@ class Resources:
 
     def __init__(self, frame: int = 1, texture_limit: int = 0, stop: Stop = never) -> None:
         self.frame = frame  # of the scene
-        self.texture_limit = texture_limit  # most texels of a side of a texture; 0 is no limit
-        self.stop = stop  # for steps that take long
+        self.texture_limit = texture_limit  # maximal texels along a side of a texture; 0 is no limit
+        self.stop = stop  # called during long steps
         self.corner_attributes: list[tuple[str, str]] = []
         self.object_attributes: list[str | tuple[str, str, str]] = []
         self.textures: list[Texture] = []
@@ -60,11 +60,11 @@ class Resources:
         return _number(self.object_attributes, name)
 
     def normal_axes(self) -> tuple[int, ...]:
-        """The numbers of the axes that take normals and tangents to world space."""
+        """The numbers of the axes that transform normals and tangents to world space."""
         return tuple(self.object_attribute(axis) for axis in ("x_axis", "y_axis", "z_axis"))
 
     def table(self, rows: np.ndarray) -> int:
-        """The number of a table: (256, 4), over 0..1; equal tables are kept once."""
+        """The number of a table, (256, 4), over 0..1. Equal tables are stored once."""
         assert rows.shape == (TABLE_SIZE, 4)
         return self._tables.setdefault(np.ascontiguousarray(rows, np.float32).tobytes(), len(self._tables))
 

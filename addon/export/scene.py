@@ -1,4 +1,4 @@
-"""Exports a depsgraph: puts together a scene from all that the other files of this folder read."""
+"""Exports a depsgraph: builds a scene from the results of the other files of this folder."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -25,9 +25,9 @@ from .world import read_world, world_visibility
 
 
 def export(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet, stop: Stop = never) -> SceneData:
-    """The scene of a depsgraph in render mode. InputError where it cannot be rendered.
+    """The scene of a depsgraph in render mode. InputError if it cannot be rendered.
 
-    `frame_set`: that of the engine that renders the depsgraph.
+    `frame_set`: the method of the engine that renders the depsgraph.
     `stop`: called before each instance, and during waits for another Blender; raises Stopped where it returns True.
     """
     scene = depsgraph.scene
@@ -83,7 +83,7 @@ def _instances(depsgraph: bpy.types.Depsgraph, stop: Stop) -> Iterator[bpy.types
 
 
 def _world(scene: bpy.types.Scene, resources: Resources) -> tuple[Shader, list[Loss]]:
-    """As `read_world`; black where a number is not finite, and without losses where no ray sees the world."""
+    """As `read_world`. If a number is not finite, the world is black. If no ray sees the world, there are no losses."""
     shader, losses = read_world(scene.world, resources, scene.frame_current_final)
     if fault := fault_of_shader(shader):
         shader, losses = Shader(shader.name), [*losses, Loss(shader.name, "", f"black stands in: {fault}")]

@@ -15,7 +15,7 @@ _KINDS = {
     "ShaderNodeBsdfDiffuse": "diffuse",
     "ShaderNodeBsdfTranslucent": "translucent",
     "ShaderNodeBsdfTransparent": "transparent",
-    "ShaderNodeBsdfGlossy": "glossy",  # this name in files of 4.5 and older, or the next
+    "ShaderNodeBsdfGlossy": "glossy",  # files of Blender 4.5 and older have this name or the next
     "ShaderNodeBsdfAnisotropic": "glossy",
     "ShaderNodeBsdfMetallic": "metallic",
     "ShaderNodeBsdfGlass": "glass",
@@ -24,7 +24,7 @@ _KINDS = {
     "ShaderNodeBsdfPrincipled": "principled",
     "ShaderNodeEmission": "emission",
 }
-# Inputs that turn a part off at 0, and the inputs that only shape this part.
+# An input that switches a part off at 0 -> the inputs that only this part uses.
 _SHAPING = {
     "coat_weight": ("coat_roughness", "coat_ior", "coat_tint", "coat_normal"),
     "sheen_weight": ("sheen_roughness", "sheen_tint"),
@@ -42,7 +42,7 @@ _LOST = {
 
 
 def closures_at(network: Network, socket: bpy.types.NodeSocket, path: Path = (), weight: Value = 1.0) -> Iterator[Closure]:
-    """The closures of an input for shaders, times `weight`; none without a link, which is black."""
+    """The closures of a shader input, times `weight`. Without a link there are none: the input is black."""
     at = network.shader(socket, path)
     if at is None or _is_zero(weight):
         return
@@ -102,7 +102,7 @@ def _stand_in(at: At, weight: Value) -> Closure:
 
 
 def _inputs(at: At, kind: str) -> dict[str, Value]:
-    """The inputs of a closure, without those that shape a part that is off."""
+    """The inputs of a closure, except the inputs of lobes that are off."""
     names = [name for name in CLOSURES[kind] if name != "multiscatter"]
     idle = {shaping for name in names for shaping in _SHAPING.get(name, ()) if _is_off(at, _socket(name))}
     values = {name: at.direction(_socket(name)) if name in _DIRECTIONS else at.value(_socket(name)) for name in names if name not in idle}
@@ -153,7 +153,7 @@ def _rest(network: Network, share: Value) -> Value:
 
 
 def _times(network: Network, a: Value, b: Value) -> Value:
-    """The product of two numbers, without a step where one of them is 1 or both are known."""
+    """The product of two numbers. No step is needed if one of them is 1 or both are constants."""
     if isinstance(a, float) and isinstance(b, float):
         return a * b
     if 1.0 in (a, b):

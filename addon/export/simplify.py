@@ -1,11 +1,11 @@
-"""Smaller textures by Simplify: Blender leaves this part of it to Cycles."""
+"""Simplify's texture limit, which Blender leaves to the render engine."""
 
 import bpy
 import numpy as np
 
 
 def texture_limit(scene: bpy.types.Scene) -> int:
-    """The most texels of a side of a texture in a render; 0 is no limit."""
+    """The maximal number of texels along a side of a texture in a render; 0 is no limit."""
     if not (scene.render.use_simplify and hasattr(scene, "cycles")):
         return 0
     limit = scene.cycles.texture_limit_render
@@ -18,9 +18,10 @@ def is_above(limit: int, width: int, height: int) -> bool:
 
 
 def shrunk(texels: np.ndarray, limit: int, *, multiply: bool) -> np.ndarray:
-    """(H, W, 4) texels halved until no side is above the limit: means of squares, of codes and of floats alike, as in Cycles.
+    """(H, W, 4) texels, halved until no side is above the limit. A texel is the mean of a 2 x 2 square, for both codes and floats, as in
+    Cycles.
 
-    `multiply`: multiplies colours by alpha first. Squares begin at the bottom left; incomplete ones are left out.
+    `multiply`: multiply colours by alpha first. Squares begin at the bottom left; incomplete squares are left out.
     """
     height, width, channels = texels.shape
     size = 1

@@ -1,6 +1,6 @@
-"""The sky of a Sky Texture node: rendered by Cycles in a Blender of its own, and kept in the user's cache.
+"""The sky of a Sky Texture node: Cycles renders it in a separate Blender, and the user's cache keeps it.
 
-So it is exact for every model and version of Blender, and no tables are copied.
+So it is exact for every model and every version of Blender, without a copy of Blender's tables.
 """
 
 import contextlib
@@ -27,8 +27,8 @@ from .stop import Stop, never
 
 _SHAPES = {"picture": (256, 512, 3), "disc": (TABLE_SIZE, 3)}
 _KEPT = 64  # skies of 1.6 MB; an animated sun makes one for each frame
-_SMALLEST = 0.0005  # radians, of a sun's disc: Cycles makes it no smaller
-# By model, of a new node: the mean colour over all directions of the sky, and of the sun. They stand in where there is no picture.
+_SMALLEST = 0.0005  # radians: Cycles' minimal size of a sun's disc
+# For a new node of each model: the mean colour of the sky over all directions, and of the sun. Used if there is no picture.
 _USUAL = {
     "SINGLE_SCATTERING": ((2.08, 2.07, 2.01), (9.76, 7.08, 3.95)),
     "MULTIPLE_SCATTERING": ((1.93, 2.58, 3.49), (10.1, 7.45, 4.22)),
@@ -36,7 +36,7 @@ _USUAL = {
     "PREETHAM": ((0.597, 0.679, 0.997), (0.0, 0.0, 0.0)),
     "HOSEK_WILKIE": ((0.083, 0.154, 0.219), (0.0, 0.0, 0.0)),
 }
-# Models whose sun follows the property sun_direction, without a disc.
+# Models without a disc; the property sun_direction sets their sun.
 _BY_DIRECTION = ("PREETHAM", "HOSEK_WILKIE")
 
 
@@ -44,16 +44,16 @@ class Sky(NamedTuple):
     """A sky, and the sun that may be added to it."""
 
     picture: np.ndarray  # (256, 512, 3) float32, top row first, for `Projection.HORIZON`
-    disc: np.ndarray  # (256, 3) float32, up across the sun's disc at intensity 1, see `sun_disc` of `scene.ops`; 0 without a sun
-    rotation: float  # radians around z, from the node's sun to the picture's, which is above +y
+    disc: np.ndarray  # (256, 3) float32, upwards through the sun's disc at intensity 1, see `sun_disc` of `scene.ops`; 0 without a sun
+    rotation: float  # radians around z, from the node's sun to the picture's sun above +y
     elevation: float  # radians, at most pi / 2 from the horizon
     size: float  # radians across the disc
 
 
 def read_sky(node: bpy.types.Node, stop: Stop = never) -> Sky:
-    """The sky of a node. InputError where there is none. Stopped as in `by_cycles.render`."""
+    """The sky of a node. InputError if there is none. Raises Stopped as `by_cycles.render` does."""
     values = _values(node)
-    # Beyond the zenith, the sun is on the other side.
+    # An elevation beyond the zenith puts the sun on the other side.
     elevation, size = math.asin(math.sin(node.sun_elevation)), max(node.sun_size, _SMALLEST)
     rotation = node.sun_rotation
     if math.cos(node.sun_elevation) < 0:
@@ -66,7 +66,7 @@ def read_sky(node: bpy.types.Node, stop: Stop = never) -> Sky:
 
 
 def _values(node: bpy.types.Node) -> dict[str, Any]:
-    """The properties that belong to this kind of node alone."""
+    """The properties that only this kind of node has."""
     own = [p for p in node.bl_rna.properties if p.identifier not in bpy.types.Node.bl_rna.properties and p.type != "POINTER"]
     return {p.identifier: list(value) if getattr(p, "is_array", False) else value for p in own for value in [getattr(node, p.identifier)]}
 
@@ -83,7 +83,7 @@ def usual_color(node: bpy.types.Node) -> Color:
 
 
 def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
-    """The pictures of a node's properties: kept ones, or new ones where none are kept or they are damaged."""
+    """The pictures for a node's properties, from the cache; new pictures if they are missing or damaged."""
     made_by = bpy.app.version_string, str(bpy.app.build_hash), os.environ.get("OCIO"), by_cycles.SCRIPT.read_text(encoding="utf-8")
     key = hashlib.sha256(json.dumps([values, made_by], sort_keys=True).encode()).hexdigest()
     skies = folder("skies")
@@ -104,7 +104,7 @@ def _kept(values: dict[str, Any], stop: Stop) -> dict[str, np.ndarray]:
 
 
 def _read(path: Path) -> dict[str, np.ndarray]:
-    """A kept sky. InputError where the file cannot be read, or has changed."""
+    """A sky from the cache. InputError if the file cannot be read, or has changed."""
     with opened(path, "a sky") as file:
         arrays = {name: file.array(name, [np.float32], shape) for name, shape in _SHAPES.items()}
         if file.text("sha256") != _digest(path, arrays):
@@ -113,12 +113,12 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 
 
 def _digest(path: Path, arrays: dict[str, np.ndarray]) -> str:
-    """Of the arrays, and of the file's name, which is the key: no sky passes for another."""
+    """The checksum of the arrays and of the file's name. The name is the key, so a renamed file does not pass as another sky."""
     return hashlib.sha256(path.name.encode() + b"".join(array.tobytes() for array in arrays.values())).hexdigest()
 
 
 def _let_go(folder: Path) -> None:
-    """Remove all but the newest. Another process may be doing so, too."""
+    """Remove all files except the newest. Another process may do the same at this time."""
     with contextlib.suppress(OSError):
         newest = sorted(folder.glob("[!.]*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
         for file in newest[_KEPT:]:

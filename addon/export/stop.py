@@ -1,14 +1,14 @@
-"""Ends an export when the user has enough."""
+"""Ends an export if the user cancels it."""
 
 from collections.abc import Callable
 
-Stop = Callable[[], bool]  # True if the user has enough
+Stop = Callable[[], bool]  # True if the user cancels
 
 
 class Stopped(Exception):  # noqa: N818  # it is no error
-    """The user has enough."""
+    """The user cancelled the export."""
 
 
 def never() -> bool:
-    """The `Stop` where no user can ask for it."""
+    """The `Stop` for exports that no user can cancel."""
     return False

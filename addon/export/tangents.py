@@ -1,12 +1,12 @@
 """Tangents of a UV map as MikkTSpace defines them (Morten Mikkelsen, http://www.mikktspace.com), on triangles as in Cycles.
 
-Differences: triangles that share a vertex alone, with equal normal and UV, share the tangent; a triangle without area in the UV map has a
-tangent of its own.
+Two differences: triangles that share only one vertex share its tangent if normal and UV are equal. A triangle without area in the UV map
+has its own tangent.
 """
 
 import numpy as np
 
-Corners = np.ndarray  # (T, 3, n), something at each corner of each triangle
+Corners = np.ndarray  # (T, 3, n): a value for each corner of each triangle
 
 
 def tangents(points: Corners, normals: Corners, uvs: Corners) -> tuple[np.ndarray, np.ndarray]:
@@ -19,7 +19,7 @@ def tangents(points: Corners, normals: Corners, uvs: Corners) -> tuple[np.ndarra
 
 
 def _along_u(points: Corners, uvs: Corners) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 3), the direction in which u grows; and (T,) bool, False where the UV map mirrors the triangle."""
+    """(T, 3), the direction in which u grows; and (T,) bool, False if the UV map mirrors the triangle."""
     (a, b), (s, t) = (np.moveaxis(x[:, 1:].astype(np.float64) - x[:, :1], 1, 0) for x in (points, uvs))
     positive = s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0] > 0
     along = t[:, 1:] * a - s[:, 1:] * b
@@ -33,7 +33,7 @@ def _angles(points: Corners, normals: Corners) -> np.ndarray:
 
 
 def _equal_corners(points: Corners, normals: Corners, uvs: Corners, positive: np.ndarray) -> np.ndarray:
-    """(3 T,) numbers: equal for corners that are equal in all that a tangent depends on."""
+    """(3 T,) numbers. Two corners have equal numbers if all inputs of their tangents are equal."""
     side = np.repeat(positive[:, None, None], 3, axis=1)
     rows = np.concatenate([points, normals, uvs, side], axis=2, dtype=np.float32).reshape(3 * len(points), -1)
     rows += np.float32(0)  # a negative zero is a zero

@@ -9,7 +9,7 @@ from blender_rl_guiding.scene.description import Loss
 
 @contextmanager
 def read_names() -> Iterator[None]:
-    """A block or a function that reads names. InputError where a name is not UTF-8."""
+    """A block or a function that reads names. InputError if a name is not UTF-8."""
     try:
         yield
     except UnicodeDecodeError as error:
@@ -17,5 +17,5 @@ def read_names() -> Iterator[None]:
 
 
 def shown(loss: Loss) -> Loss:
-    """The loss in text: surrogates in paths, which stand for such bytes, become question marks."""
+    """The loss with printable text: surrogates, which represent such bytes in paths, become question marks."""
     return Loss(*(said.encode(errors="replace").decode() for said in (loss.object, loss.where, loss.detail)))

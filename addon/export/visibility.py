@@ -13,7 +13,7 @@ def source(instance: bpy.types.DepsgraphObjectInstance) -> bpy.types.Object:
 
 
 def visibility(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.types.ViewLayer) -> int:
-    """A sum of kinds of rays: those that both the object and its instancer allow, as in Cycles."""
+    """The sum of all kinds of rays that both the object and its instancer allow, as in Cycles."""
     seen = _switches(instance.object)
     if instance.is_instance:
         seen &= _switches(instance.parent)

@@ -1,4 +1,4 @@
-"""The world as a shader; a picture stands in for a node that is not supported."""
+"""The world as a shader. A picture replaces each unsupported node."""
 
 from pathlib import Path
 
@@ -20,12 +20,12 @@ from .shaders import closures_at
 from .visibility import RAY_KINDS
 
 _PICTURE = (512, 1024, 3)
-# Nodes that read more of a ray than its direction.
+# Nodes that read other properties of a ray than its direction, so a picture cannot replace them.
 _OF_RAYS = ("ShaderNodeTexCoord", "ShaderNodeCameraData", "ShaderNodeLightPath")
 
 
 class _WorldNetwork(Network):
-    """Takes a picture of each node that cannot be read."""
+    """Lets Cycles render a picture of each unsupported node."""
 
     def __init__(self, resources: Resources, world: bpy.types.World, frame: float) -> None:
         super().__init__(READERS, resources, world=True)
@@ -48,7 +48,7 @@ class _WorldNetwork(Network):
 
 
 def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Texture:
-    """The output of a node in all directions. InputError where Blender fails."""
+    """The output of a node in all directions. InputError if Blender fails."""
     with temporary_folder() as folder:
         blend = _file_with(world.original, Path(folder, "world.blend"))
         groups = [group.name for group in at.path]
@@ -58,7 +58,7 @@ def _picture(at: At, output: str, world: bpy.types.World, frame: float) -> Textu
 
 
 def _file_with(world: bpy.types.World, path: Path) -> Path:
-    """A file with a world: the library of a linked world, for only the link would be written; or else a new file. InputError."""
+    """A file that contains a world. For a linked world its library, because Blender would write only the link; otherwise a new file."""
     if world.library:
         return Path(bpy.path.abspath(world.library.filepath))
     try:
@@ -69,7 +69,9 @@ def _file_with(world: bpy.types.World, path: Path) -> Path:
 
 
 def read_world(world: bpy.types.World | None, resources: Resources, frame: float = 1.0) -> tuple[Shader, list[Loss]]:
-    """As in Cycles: no world is black, and a world without nodes is its colour. `frame` is for pictures of nodes."""
+    """The world's shader. As in Cycles, a missing world is black, and a world without nodes has its colour. Pictures of nodes use
+    `frame`.
+    """
     if world is None:
         return Shader(""), []
     if not has_nodes(world):
@@ -88,7 +90,7 @@ def _read_output(at: At) -> tuple[Closure, ...]:
 
 def world_visibility(world: bpy.types.World | None) -> int:
     """The kinds of rays that see the world, as a sum. Cycles has no switch for shadow rays: they see it."""
-    rays = getattr(world, "cycles_visibility", None)  # not there while Cycles is switched off
+    rays = getattr(world, "cycles_visibility", None)  # missing if Cycles is disabled
     if rays is None:
         return VISIBLE
     return VISIBLE & ~sum(bit for kind, bit in RAY_KINDS.items() if kind != "shadow" and not getattr(rays, kind))

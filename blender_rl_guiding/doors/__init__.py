@@ -1,1 +1,1 @@
-"""The ways in: the command `rlg`, and the process that Blender talks to."""
+"""The entry points: the command `rlg`, and the worker process for Blender."""

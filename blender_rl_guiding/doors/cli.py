@@ -25,12 +25,12 @@ from ..settings import Render
 from ..strings import say
 from .parser import SEEDS, parser
 
-INTERRUPTED = 130  # what a shell expects after Ctrl-C
+INTERRUPTED = 130  # the usual exit status after Ctrl-C
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status. Bad input is one line on stderr and status 2."""
-    for name in (signal.SIGINT, signal.SIGTERM):  # SIGINT too: a shell has its background jobs ignore it
+    """Run the command line; returns the exit status. Bad input gives one line on stderr and status 2."""
+    for name in (signal.SIGINT, signal.SIGTERM):  # also SIGINT, because shells start background jobs with SIGINT ignored
         signal.signal(name, signal.default_int_handler)
     options = parser(COMMANDS).parse_args(arguments)
     try:
@@ -41,15 +41,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupt:
         _leave(str(interrupt) or "interrupted")
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains again at exit
-    except OSError as error:  # of a place that nobody thought of
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # otherwise the interpreter prints an error again at exit
+    except OSError as error:  # from a place without its own check
         say(f"rlg: {error}", sys.stderr)
         return 2
     return 0
 
 
 def _leave(reason: str) -> NoReturn:
-    """End now: torch's threads are not waited for; every file is whole already."""
+    """Exit at once, without waiting for torch's threads. All files are already complete."""
     print(f"rlg: {reason}", file=sys.stderr, flush=True)
     os._exit(INTERRUPTED)
 
@@ -106,10 +106,10 @@ def _inspect(options: argparse.Namespace) -> None:
 
 @contextmanager
 def _asked_for(options: argparse.Namespace, settings: Render) -> Iterator[tuple[Any, Progress]]:
-    """The `Task` of a render, with all kernels ready. Interrupted, it keeps its finished samples."""
+    """The `Task` of a render, with all kernels ready. After an interrupt it keeps the finished samples."""
     with terminal() as progress, _opening(options.scene, options, progress) as opened:
         from ..experiments.produce import compile_kernels
-        from ..experiments.runs import Task  # while Blender exports: importing and loading take as long
+        from ..experiments.runs import Task  # during Blender's export, which takes about as long as imports and kernels
 
         compile_kernels([settings.guide], machine_of(options), progress)
         yield Task(options.out, opened(), settings, options.preset or "", keeps_unfinished=True), progress
@@ -149,7 +149,7 @@ def _swept(entry: Entry, options: argparse.Namespace) -> Comparison:
 
 
 def _scene_file(folder: Path, name: str) -> Path:
-    """The .blend of that name, or the bundle made of it for machines without Blender."""
+    """The .blend with that name; on machines without Blender the bundle of it."""
     found = [path for path in (folder / f"{name}.blend", folder / f"{name}.npz") if path.is_file()]
     if not found:
         raise InputError(f"no scene {name}.blend or {name}.npz in {folder}")
@@ -165,7 +165,7 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _tell(folders: Sequence[Path], failed: int) -> None:
-    """Write the reports and print their summaries. InputError at the end names failed runs and damaged files."""
+    """Write the reports and print their summaries. At the end, an InputError names failed runs and damaged files."""
     from .. import report
 
     lacking = [failed_runs(failed)] if failed else []
@@ -194,7 +194,7 @@ def _metrics(options: argparse.Namespace) -> None:
 
 
 def _alone(command: Callable[[argparse.Namespace], None]) -> Callable[[argparse.Namespace], None]:
-    """The command, while no other process writes to its folders."""
+    """Run the command with locks on its folders, so that no other process writes to them."""
 
     def run(options: argparse.Namespace) -> None:
         folders = [options.out / name for name in chosen(options.names)] if "names" in options else [options.out]
@@ -225,7 +225,7 @@ def _open(path: Path, options: argparse.Namespace, progress: Progress) -> Any:
 
 @contextmanager
 def _opening(path: Path, options: argparse.Namespace, progress: Progress) -> Iterator[Callable[[], Any]]:
-    """Begin to open a scene; yields what waits for it."""
+    """Begin to open a scene; yields a function that waits for the scene."""
     from ..opening.blend import opening
 
     def opened() -> Any:

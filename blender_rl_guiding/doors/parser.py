@@ -10,12 +10,12 @@ from ..flags import Parser, add_blender, add_comparison, add_export, add_flags, 
 from ..scene.view import add_view, frame_range
 from ..settings import Machine
 
-SEEDS = 5  # of a sweep, unless others are asked for
+SEEDS = 5  # default of a sweep
 _SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
 
 def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> argparse.ArgumentParser:
-    """The parser of `rlg`. Parsed options have the command's function as `command`; `functions` has it by the command's name."""
+    """The parser of `rlg`. `functions` maps a command's name to its function. The parsed options have this function as `command`."""
     rlg = Parser(prog="rlg", description="Render Blender scenes with learnt path guiding, and compare methods.")
     rlg.add_argument("--version", action="version", version=__version__)
     commands = rlg.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
@@ -25,7 +25,7 @@ def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> arg
         sub.set_defaults(command=functions[name])
         return sub
 
-    export = command("export", "Turn a .blend into a scene bundle, and list what could not be taken over.")
+    export = command("export", "Export a .blend as a scene bundle, and list everything that is left out or replaced.")
     add_export(export)
     add_blender(export)
     add_view(export)
@@ -33,11 +33,11 @@ def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> arg
     render = command("render", "Render a scene or an animation: writes image.exr, image.png and result.json.")
     add_render(render)
     add_blender(render)
-    text = "an animation, or every S-th frame of it, into image-0001.exr and so on; skips finished frames, and so goes on where it ended"
+    text = "an animation, or every S-th frame of it, into image-0001.exr and so on; skips finished frames"
     add_view(render).add_argument("--frames", type=frame_range, metavar="A..B[..S]", help=text)
 
-    inspect = command("inspect", "Render a scene, and show what was learnt: writes states.png and q.png, too.")
-    text = "where to show it, from the top left (default: the middle of the width at four fifths of the height)"
+    inspect = command("inspect", "Render a scene, and show its guide's states and Q: also writes states.png and q.png.")
+    text = "the pixel at which Q is shown, counted from the top left (default: the middle of the width at four fifths of the height)"
     inspect.add_argument("--pixel", type=int, nargs=2, metavar=("X", "Y"), help=text)
     add_render(inspect)
     add_blender(inspect)
@@ -50,7 +50,7 @@ def parser(functions: Mapping[str, Callable[[argparse.Namespace], None]]) -> arg
     add_view(compare)
     add_methods(compare, required=True)
 
-    sweep = command("sweep", "Run experiments of the slides: scenes x methods x seeds, and a report of each. Goes on where it ended.")
+    sweep = command("sweep", "Run experiments of the slides: scenes x methods x seeds, and a report of each. Continues after an interrupt.")
     sweep.add_argument("names", nargs="+", metavar="NAME", help=f"{', '.join(CATALOGUE)}, or all of them: all")
     sweep.add_argument("--spp", type=positive, metavar="N", help="samples per pixel instead of the slides' 32")
     sweep.add_argument("--scenes", type=Path, default=_SCENES, metavar="DIR", help="where the scenes are (default: the project's)")

@@ -21,7 +21,7 @@ def page() -> str:
 
 
 def _tables(config: type[Settings], scope: str, title: str) -> Iterator[str]:
-    """The tables of a class, then those of the variants that its menus offer."""
+    """The table of a class, then the tables of the variants in its menus."""
     yield f"\n## {title}\n\n{config.__doc__}"
     if members := list(entries(config)):
         yield "\n| setting | name | panel | default | limits | |\n|---|---|---|---|---|---|"

@@ -1,9 +1,9 @@
-"""Renders and comparisons as a child process: jobs come as lines of JSON on stdin, events go as lines of JSON to stdout, see `messages`.
+"""The worker: a child process that renders and compares. It reads jobs from stdin and writes events to stdout, as JSON lines (`messages`).
 
     python -m blender_rl_guiding.doors.worker
 
-It ends when its stdin does, so that it never outlives who started it, and by itself a minute after the job "rest", unless another
-comes. Whoever wants a job cancelled kills it: files are whole or not there.
+The worker ends when its stdin ends, so it never outlives its parent. It also ends one minute after the job "rest" if there is no new job.
+To cancel a job, the parent kills the worker; every file is then either complete or absent.
 """
 
 import json
@@ -29,9 +29,9 @@ from ..settings import Machine, Render
 from ..strings import printable
 from ..typed import MalformedError
 
-IDLE = 60.0  # seconds that it rests before it ends
+IDLE = 60.0  # seconds from "rest" to its end
 LEAST_PAUSE = 0.25  # seconds between two images
-PAUSES = 10  # times as long as an image takes to write: it should cost little
+PAUSES = 10  # pause between two images / time to write an image, so that writing costs little
 
 
 class Events:
@@ -45,11 +45,11 @@ class Events:
         try:
             self._stream.write(json.dumps({"event": event, **values}) + "\n")
             self._stream.flush()
-        except BrokenPipeError:  # nobody is there any more, as at the end of stdin
+        except BrokenPipeError:  # the parent is gone, as at the end of stdin
             os._exit(0)
 
     def note(self, text: str) -> None:
-        """A line that stays."""
+        """Send a line for the log."""
         self.send("note", text=printable(text))
 
     @contextmanager
@@ -66,13 +66,13 @@ class Events:
 
 
 class Frames:
-    """The image so far, as files that Blender's passes take as they are: PASS.npy, (height, width, channels) float32, bottom row first."""
+    """The image so far, as files in the layout of Blender's passes: PASS.npy, (height, width, channels) float32, bottom row first."""
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._next = folder, 0.0
 
     def offer(self, image: Callable[[], np.ndarray]) -> bool:
-        """Write the image so far, unless the last one is recent; whether it was written."""
+        """Write the image so far, unless the last image is recent. Returns whether it was written."""
         start = time.perf_counter()
         if start < self._next:
             return False
@@ -129,7 +129,7 @@ def _combined(result: Any) -> np.ndarray:
 
 
 def _write_passes(frames: Frames, result: Any, settings: Render) -> None:
-    """All passes, as Cycles has them: a denoised image is the image, and the noisy one a pass."""
+    """All passes. As in Cycles, the denoised image is the main image, and the noisy image is a pass."""
     from ..render.denoise import denoised
 
     combined = _combined(result)
@@ -183,9 +183,11 @@ WORK: dict[type[Any], Callable[[Any, Events], None]] = {
 
 
 def main() -> None:
-    """Do jobs as they come. What the user can mend is an event `error`; anything else ends the worker, with a traceback on stderr."""
+    """Do jobs in their order. A fault that the user can fix is an event `error`; any other error ends the worker with a traceback on
+    stderr.
+    """
     stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever prints, prints elsewhere
+    os.dup2(2, 1)  # all other prints go to stderr
     events, waiting = Events(stream), _listening()
     events.send("ready", version=__version__)
     patience = None
@@ -199,7 +201,7 @@ def main() -> None:
             patience = IDLE if isinstance(job, messages.Rest) else None
             _do(job, events)
         except MalformedError as error:
-            events.send("error", text=f"the renderer cannot take this job: {error}")
+            events.send("error", text=f"the renderer cannot do this job: {error}")
         except (InputError, FloatingPointError, OSError) as error:
             events.send("error", text=printable(str(error)))
 
@@ -213,11 +215,11 @@ def _do(job: messages.Job, events: Events) -> None:
 
 
 def _listening() -> "queue.Queue[bytes]":
-    """The lines from stdin; with its end the process ends, whatever it is doing."""
+    """The lines from stdin. When stdin ends, the process ends at once."""
     waiting: queue.Queue[bytes] = queue.Queue()
 
     def listen() -> None:
-        with open(0, "rb", closefd=False) as stdin:  # sys.stdin has a lock that Python wants to have when it ends
+        with open(0, "rb", closefd=False) as stdin:  # not sys.stdin, because Python takes its lock at exit
             for line in messages.lines(stdin):
                 waiting.put(line)
         os._exit(0)

@@ -1,1 +1,1 @@
-"""Runs what is to be compared, and keeps what comes out in folders."""
+"""Runs experiments, and saves their results in folders."""

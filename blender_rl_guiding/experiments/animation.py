@@ -1,4 +1,4 @@
-"""Renders an animation into numbered files. Blender exports the next frame meanwhile; frames that are done already are skipped."""
+"""Renders an animation into numbered files. While a frame renders, Blender exports the next one. Finished frames are skipped."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -30,14 +30,14 @@ def animate(
     progress: Progress,
     blender: Path | None = None,
 ) -> list[Path]:
-    """Render the frames that `folder` does not hold yet; returns the images of all.
+    """Render the frames that are missing in `folder`; returns the images of all frames.
 
-    blend, view: the file, and what of it is rendered.
-    numbers: the frames that are wanted; one that is there of this file and these settings is kept.
-    method: what the results are called after; empty for the guide.
+    blend, view: the file, and its scene, camera and size to render.
+    numbers: the requested frames. An existing frame of this file with these settings is kept.
+    method: the name in the results; if empty, the guide's name.
     blender: the executable that exports the frames; None takes the bpy module.
-    Interrupted, it leaves whole frames, and the next call goes on from there. InputError where a frame cannot be exported; those before
-    it are written.
+    After an interrupt all written frames are complete, and the next call continues. InputError if a frame cannot be exported; the frames
+    before it are written.
     """
     with exporting_frames(blend, view, blender) as exporter:
         compile_kernels([settings.guide], machine, progress)  # while Blender opens the file
@@ -45,7 +45,7 @@ def animate(
             source = exporter.source()
         due = [number for number in numbers if not _is_finished(folder, Frame(number, source), settings)]
         for number in set(numbers) - set(due):
-            in_folder(folder, Frame(number, source).suffix).remove()  # it was killed after its result was there
+            in_folder(folder, Frame(number, source).suffix).remove()  # left over if the program was killed just after it wrote the result
         _tell_kept(folder, numbers, due)
         with progress("", len(due)) as advance:
             began, incomplete = time.monotonic(), 0
@@ -67,7 +67,7 @@ def animate(
 
 
 def _is_finished(folder: Path, frame: Frame, settings: Render) -> bool:
-    """Whether a frame is there from before. A damaged one is not, and a line says so."""
+    """Whether a finished frame exists. A damaged frame does not count, and a line says so."""
     try:
         return finished_frame(folder, frame, settings) is not None
     except InputError as error:
@@ -76,7 +76,7 @@ def _is_finished(folder: Path, frame: Frame, settings: Render) -> bool:
 
 
 def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int]) -> None:
-    """Tell how many frames are kept. Tell how many are rendered again, as they are of another file or of other settings."""
+    """Print the number of kept frames, and the number of frames to render again because their file or settings differ."""
     if len(due) < len(numbers):
         tell(f"{len(numbers) - len(due)} of {len(numbers)} frames are done")
     other = [number for number in due if (folder / f"result{Frame(number, '').suffix}.json").exists()]
@@ -85,7 +85,7 @@ def _tell_kept(folder: Path, numbers: Sequence[int], due: Sequence[int]) -> None
 
 
 def _exported(exporter: Frames, numbers: Sequence[int]) -> Iterator[tuple[int, SceneData]]:
-    """Yield each frame. Blender exports the next one meanwhile."""
+    """Yield each frame. Meanwhile Blender exports the next one."""
     for number in numbers[:1]:
         exporter.ask(number)
     for number, following in zip_longest(numbers, numbers[1:]):

@@ -1,4 +1,4 @@
-"""How far a set of runs has come, and when it will be done: runs take as long as runs alike took, or as their own pace says."""
+"""The progress and remaining time of a set of runs. A run's time comes from its own pace, or from finished runs of the same kind."""
 
 import statistics
 from collections import defaultdict
@@ -11,20 +11,20 @@ from .runs import Task
 
 
 class Forecast:
-    """Counts runs that end. Those to come are taken to need as many seconds as runs alike."""
+    """Counts finished runs. Each remaining run counts with the seconds of similar runs."""
 
     def __init__(self, due: Sequence[Task], jobs: int) -> None:
         self._due, self._jobs, self._count = list(due), jobs, len(due)
-        self._paces: dict[Task, Pace] = {}  # of the runs under way
-        self._seconds: dict[tuple[str, ...], list[float]] = defaultdict(list)  # of runs alike
+        self._paces: dict[Task, Pace] = {}  # of the running runs
+        self._seconds: dict[tuple[str, ...], list[float]] = defaultdict(list)  # of similar runs
         self._all: list[float] = []  # of the runs that ended
 
     def go(self, task: Task, pace: Pace) -> None:
-        """A run under way has come this far."""
+        """Note the progress of a running run."""
         self._paces[task] = pace
 
     def end(self, task: Task, outcome: Outcome) -> None:
-        """A run has ended."""
+        """Note the end of a run."""
         self._due.remove(task)
         self._paces.pop(task, None)
         if outcome.seconds is not None:
@@ -39,12 +39,12 @@ class Forecast:
 
     @property
     def total(self) -> float:
-        """Seconds of work in all; a run of an unknown kind counts as the mean of those that ended."""
+        """Seconds of all work. A run of an unknown kind counts with the mean of the finished runs."""
         unknown = statistics.fmean(self._all) if self._all else 1.0
         return sum(self._all) + sum(self._expected(task) or unknown for task in self._due)
 
     def __str__(self) -> str:
-        """As in "3 of 40, about 0:12:30 to go". Methods without a run alike are not counted, but named."""
+        """For example "3 of 40, about 0:12:30 to go". Methods without a similar run are not in the estimate; the text names them."""
         ended = f"{self._count - len(self._due)} of {self._count}"
         if not self._due or not self._all:
             return ended
@@ -58,18 +58,20 @@ class Forecast:
 
     @property
     def _under_way(self) -> float:
-        """Seconds that the runs under way have taken."""
+        """Seconds that the running runs have taken so far."""
         return sum(pace.seconds for pace in self._paces.values())
 
     def _expected(self, task: Task) -> float | None:
-        """Seconds of a run in all; None while no run alike has ended."""
+        """Total seconds of a run; None if no similar run has ended."""
         if task in self._paces:
             return self._paces[task].seconds + self._paces[task].left
         return next((statistics.fmean(self._seconds[likeness]) for likeness in _likenesses(task) if likeness in self._seconds), None)
 
 
 def _likenesses(task: Task) -> Iterator[tuple[str, ...]]:
-    """The keys of runs that take about as long, the best likeness first. Learning takes longer than all else."""
+    """The keys of groups of similar runs, the most similar group first. A guide that learns has its own last key: learning takes most
+    time.
+    """
     yield task.method, task.scene.name
     yield (task.method,)
     yield ("", task.settings.guide.kind if task.settings.guide.learns else "")

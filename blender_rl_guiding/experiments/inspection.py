@@ -1,4 +1,4 @@
-"""What a guide has learnt, as pictures: its states over the image, and Q at one point beside the truth."""
+"""Pictures of a learnt guide: its states over the image, and Q at one point beside the truth."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ _SIDE = 1.9  # inches
 
 
 def check(guide: GuideSettings) -> None:
-    """InputError on a guide that has nothing to show."""
+    """InputError if the guide does not learn."""
     if not guide.learns:
         raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose qtable, dqn or a preset of theirs")
 
@@ -34,7 +34,7 @@ def check(guide: GuideSettings) -> None:
 def inspect(task: Task, asked: Sequence[int] | None, machine: Machine, progress: Progress) -> list[Path]:
     """Make a run, and the pictures of what its guide has learnt at a pixel; returns their paths.
 
-    InputError where the pixel lies outside of the image, or sees no surface that reflects, and as in `produce`.
+    InputError if the pixel lies outside of the image, or sees no surface that reflects, and as in `produce`.
     """
     pixel = probe.pixel_of(task.scene, asked)
     point = probe.find(task.scene, pixel, machine)
@@ -48,7 +48,7 @@ def inspect(task: Task, asked: Sequence[int] | None, machine: Machine, progress:
 
 
 def write(folder: Path, scene: SceneData, point: probe.Point, settings: Render, machine: Machine, result: Result) -> list[Path]:
-    """Make states.png and q.png; returns their paths. InputError where the folder cannot be written."""
+    """Make states.png and q.png; returns their paths. InputError if the folder cannot be written."""
     guide = result.guide
     arriving = truth.arriving(scene, point, settings.max_bounces, machine)
     with atomic(folder / "states.png") as part:
@@ -60,9 +60,9 @@ def write(folder: Path, scene: SceneData, point: probe.Point, settings: Render, 
 
 
 def states(view: probe.View, guide: Guide) -> np.ndarray:
-    """Each state of the guide in a colour of its own, (H, W, 3) uint8.
+    """An image with a different colour for each state of the guide, (H, W, 3) uint8.
 
-    Emitters are white; black is what does not reflect, grey what belongs to no state.
+    Emitters are white, pixels without reflection black, reflecting pixels without a state grey.
     """
     numbers = guide.states(view.position.reshape(-1, 3), view.normal.reshape(-1, 3)).reshape(view.emits.shape)
     picture = _colours(numbers)
@@ -73,7 +73,7 @@ def states(view: probe.View, guide: Guide) -> np.ndarray:
 
 
 def _colours(rows: np.ndarray) -> np.ndarray:
-    """A colour for each number, (..., 3) uint8: below 2^24 never one for two, because each step can be undone."""
+    """A colour for each number, (..., 3) uint8. Numbers below 2^24 have different colours, because each step is invertible."""
     x = rows.astype(np.uint64) & 0xFFFFFF
     for factor in (0x9E3779, 0x85EBCB):
         x = (x ^ (x >> 12)) * factor & 0xFFFFFF
@@ -82,7 +82,7 @@ def _colours(rows: np.ndarray) -> np.ndarray:
 
 
 def _groups(arriving: np.ndarray, learnt: Learnt | None, settings: Render) -> list[Group]:
-    """The truth, and beside it what is known of the point."""
+    """The truth, and beside it Q at the point and the directions drawn."""
     radiance = [Disc(f"truth\n{arriving.shape[0]} x {arriving.shape[1]} directions", arriving)]
     if learnt is None:
         return [Group(radiance, discs.scale([arriving]), "radiance that arrives")]

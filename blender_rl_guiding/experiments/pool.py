@@ -1,4 +1,4 @@
-"""Several runs at a time, each in a process of its own: a crash ends one run, and the threads of Numba and torch have one owner."""
+"""Several runs at a time, each in its own process. So a crash ends only one run, and runs do not share threads of Numba and torch."""
 
 import contextlib
 import multiprocessing
@@ -20,11 +20,11 @@ from ..settings import Machine
 from .produce import OnPace, produce
 from .runs import Task
 
-PATIENCE = 1.0  # seconds that a child has to leave whole files behind before it is killed
+PATIENCE = 1.0  # seconds for a child to finish its files before it is killed
 
 
 class Outcome(NamedTuple):
-    """How a run ended, in one line, and its seconds; None where it failed."""
+    """A line about the end of a run, and its seconds, or None if it failed."""
 
     text: str
     seconds: float | None
@@ -33,9 +33,9 @@ class Outcome(NamedTuple):
 def perform_all(
     tasks: Sequence[Task], machine: Machine, jobs: int, on_pace: Callable[[Task, Pace], None], on_end: Callable[[Task, Outcome], None]
 ) -> None:
-    """Do all runs, `jobs` at a time; with 1 in this process. Images do not depend on `jobs`.
+    """Do all runs, `jobs` at a time. With `jobs` = 1 they run in this process. Images do not depend on `jobs`.
 
-    on_pace, on_end: are called in this process.
+    on_pace, on_end: called in this process.
     A run that fails, or whose process dies, ends as an Outcome without seconds. The others go on.
     """
     if jobs == 1:
@@ -61,7 +61,7 @@ def perform_all(
 
 
 def _attempt(task: Task, machine: Machine, on_pace: OnPace) -> Outcome:
-    """Do a run of a comparison; one that fails must not end the others."""
+    """Do a run of a comparison. If it fails, the other runs must go on."""
     try:
         result = produce(task, machine, on_pace)
     except (InputError, FloatingPointError) as error:
@@ -83,11 +83,11 @@ class _Worker:
         self._start()
 
     def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")  # a fork would inherit the locks of threads that it has not
+        context = multiprocessing.get_context("spawn")  # a fork would inherit locks of threads that do not exist in the child
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, self._machine), daemon=True)
-        # Ctrl-C reaches every process of a terminal. The parent decides who ends: a child inherits the blocked signal.
-        resource_tracker.ensure_running()  # or the first start would, and unblock the signal before the child is there
+        # Ctrl-C reaches every process of a terminal. Only the parent should handle it, so it is blocked here; a child inherits this.
+        resource_tracker.ensure_running()  # otherwise the first child's start would do this, and unblock SIGINT too early
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self.process.start()
@@ -99,11 +99,11 @@ class _Worker:
         if self.process.exitcode is not None:
             self._start()
         self.task = task
-        with contextlib.suppress(ConnectionError):  # it died; `hear` will tell
+        with contextlib.suppress(ConnectionError):  # the child died; `hear` will report it
             self.pipe.send(task)
 
     def hear(self) -> tuple[Task, Pace | str | Outcome]:
-        """The task at hand, and its pace, a line for the user, or its outcome."""
+        """The child's task, with its pace, a line for the user, or its outcome."""
         task = self.task
         assert task
         try:
@@ -129,11 +129,11 @@ def _workers(count: int, machine: Machine) -> Iterator[list[_Worker]]:
             worker.process.terminate()
         for worker in workers:
             worker.process.join(PATIENCE)
-            worker.process.kill()  # does nothing to one that has ended
+            worker.process.kill()  # has no effect on a process that has ended
 
 
 def _serve(pipe: Connection, machine: Machine) -> None:
-    """A child's life: it does the tasks from the pipe until its parent ends, or a signal comes."""
+    """The main loop of a child: it does the tasks from the pipe until its parent ends or a signal comes."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as an exception, so that no file is left half-written
     ready: set[str] = set()
@@ -153,7 +153,7 @@ def _serve(pipe: Connection, machine: Machine) -> None:
 
 
 def _end_with_parent() -> None:
-    """End with the parent, and at once: a run would go on until it has something to tell."""
+    """End this process at once when the parent ends; otherwise a run would continue until its next message."""
     parent = multiprocessing.parent_process()
     assert parent
     parent.join()

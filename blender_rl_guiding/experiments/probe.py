@@ -1,4 +1,4 @@
-"""A probe: the point of a surface behind a pixel, and the radiance that a guide has learnt to arrive there."""
+"""A probe: the surface point behind a pixel, and the guide's Q at this point."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,9 +31,9 @@ class View(NamedTuple):
     """The first surface behind each pixel, along one ray."""
 
     position: np.ndarray  # (H, W, 3) float32, from the scene's origin
-    normal: np.ndarray  # (H, W, 3) float32, unit; 0 where there is no surface
-    emits: np.ndarray  # (H, W) bool, whether it shines brighter than it would reflect light of radiance 1: a lamp, not a glow
-    reflects: np.ndarray  # (H, W) bool, whether it reflects, and is none of those
+    normal: np.ndarray  # (H, W, 3) float32, unit; 0 if there is no surface
+    emits: np.ndarray  # (H, W) bool, whether emission > reflection of radiance 1, so that a weak glow does not count
+    reflects: np.ndarray  # (H, W) bool, whether it reflects and is not in `emits`
 
 
 def view(scene: SceneData, machine: Machine) -> View:
@@ -47,7 +47,7 @@ def view(scene: SceneData, machine: Machine) -> View:
 
 
 def pixel_of(scene: SceneData, asked: Sequence[int] | None) -> tuple[int, int]:
-    """The pixel to probe: the one asked for, or the middle of the width at four fifths of the height. InputError where it lies outside."""
+    """The pixel to probe: the given one, or the middle of the width at four fifths of the height. InputError if it lies outside."""
     width, height = scene.camera.width, scene.camera.height
     x, y = asked or (width // 2, height * 4 // 5)
     if not (0 <= x < width and 0 <= y < height):
@@ -56,7 +56,7 @@ def pixel_of(scene: SceneData, asked: Sequence[int] | None) -> tuple[int, int]:
 
 
 def find(scene: SceneData, pixel: tuple[int, int], machine: Machine) -> Point | None:
-    """The point behind a pixel of the image; None if there is no surface, or one that emits or does not reflect."""
+    """The point behind a pixel of the image. None if there is no surface, or if the surface emits or does not reflect."""
     seen = view(replace(scene, camera=_cropped(scene.camera, *pixel)), machine)
     return Point(pixel, seen.position[0, 0], seen.normal[0, 0]) if seen.reflects[0, 0] else None
 
@@ -70,7 +70,7 @@ def _cropped(camera: Camera, x: int, y: int) -> Camera:
 
 
 def described(guide: Guide, point: Point | None) -> dict[str, Any] | None:
-    """The radiance that a guide has learnt to arrive at a point as plain data, for result.json; None where nothing is known."""
+    """The guide's Q at a point as plain data, for result.json; None if the guide does not know the point."""
     learnt = guide.learnt(point.position, point.normal) if point else None
     if not point or not learnt:
         return None
@@ -79,5 +79,5 @@ def described(guide: Guide, point: Point | None) -> dict[str, Any] | None:
 
 
 def rounded(values: np.ndarray) -> list[float]:
-    """All values with five digits, and none beyond `LARGEST`, as they stand in files."""
+    """All values with five digits, clipped to `LARGEST`, for files."""
     return [float(f"{value:.5g}") for value in values.ravel().clip(-LARGEST, LARGEST)]

@@ -1,4 +1,4 @@
-"""Makes a run: renders it, judges it, saves it, and keeps a checkpoint meanwhile. All doors come here."""
+"""Makes a run: renders it, measures its errors, saves it, and writes checkpoints meanwhile. All entry points use this module."""
 
 from collections.abc import Callable, Sequence
 
@@ -19,7 +19,7 @@ OnPass = Callable[[Result, Pace], None]
 
 
 def ignored(*_: object) -> None:
-    """The listener of a caller that has none."""
+    """The default listener, which does nothing."""
 
 
 def compile_kernels(guides: Sequence[GuideSettings], machine: Machine, progress: Progress) -> None:
@@ -35,13 +35,13 @@ def produce(
 ) -> Result:
     """Make a run, and save it if it has a folder. A run that was killed goes on from its checkpoint.
 
-    on_pace: is called after each pass, and now and then while a guide trains.
+    on_pace: called after each pass, and from time to time while a guide trains.
     on_pass: is called after each pass, with the state so far.
     on_end: is called with the whole result, before it is saved and its checkpoint removed.
-    InputError where the scene does not fit into memory or the folder cannot be written; FloatingPointError from a fault of the tracer.
+    InputError if the scene does not fit into memory or the folder cannot be written; FloatingPointError from a fault of the tracer.
     """
     if not task.forewarned:
-        warn = forewarn if task.folder else forewarn_of_memory  # a render without a folder is Blender's, which lists lamps itself
+        warn = forewarn if task.folder else forewarn_of_memory  # without a folder the render comes from Blender, which lists lamps itself
         warn(task.scene, [task.settings], machine)
     checkpoint, watch = _checkpoint(task), _Watch(task, on_pace, on_pass)
     try:
@@ -66,7 +66,7 @@ def _checkpoint(task: Task) -> Checkpoint | None:
 
 
 class _Watch:
-    """Judges each pass, and tells the caller of it."""
+    """Measures the errors of each pass, and reports them to the caller."""
 
     def __init__(self, task: Task, on_pace: OnPace, on_pass: OnPass) -> None:
         self._task, self._on_pace, self._on_pass = task, on_pace, on_pass
@@ -89,7 +89,7 @@ def _save(task: Task, machine: Machine, result: Result) -> None:
 
 
 def _interrupted(task: Task, last: Result | None, checkpoint: Checkpoint | None) -> str:
-    """The last words of a run that Ctrl-C has ended."""
+    """The final line of a run that Ctrl-C has ended."""
     samples = last.film.samples if last else 0
     kept = checkpoint.samples if checkpoint else 0
     again = f"; the same command goes on from sample {kept}" if kept else ""

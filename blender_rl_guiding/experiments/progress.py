@@ -1,4 +1,4 @@
-"""What long work shows: how far its steps are. Lines that stay are told by `notices.tell`."""
+"""Progress of long work. Lines that stay on the screen go through `notices.tell`."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager

@@ -1,4 +1,6 @@
-"""Reference images: given as files, or rendered once and kept by scene key in blocks, so that a longer one later only adds blocks."""
+"""Reference images: files, or images rendered once. The cache stores them by scene key in blocks, so a longer reference only adds
+blocks.
+"""
 
 import json
 from collections.abc import Callable
@@ -20,18 +22,18 @@ from ..schema import to_dict
 from ..settings import BSDF, Machine, Render
 
 BLOCK = 128  # samples per pixel in one block
-_FIRST_SEED = 1_000_000_000  # far from the seeds that people choose: a reference must not share samples with what it judges
+_FIRST_SEED = 1_000_000_000  # far from the seeds that users choose: a reference must not share samples with images
 
 
 class Given(NamedTuple):
-    """A reference that somebody else has made."""
+    """A reference from a file, made by another program."""
 
     path: Path  # an EXR image
-    about: str  # what it is, for the report
+    about: str  # its description in the report
 
 
 def read_given(given: Given, scene: SceneData) -> tuple[np.ndarray, str]:
-    """The pixels of a file, (H, W, 3) float32, and their SHA-256. InputError where it is no reference for the scene."""
+    """The pixels of a file, (H, W, 3) float32, and their SHA-256. InputError if it cannot be a reference for the scene."""
     image, _ = read_exr(given.path)
     height, width, _ = image.shape
     if (width, height) != (scene.camera.width, scene.camera.height):
@@ -51,8 +53,7 @@ def reference(
 ) -> np.ndarray:
     """The scene by BSDF sampling with next-event estimation, with at least `spp` samples per pixel; (H, W, 3) float32.
 
-    Renders only the blocks that are not in the cache yet, so an interrupted reference goes on where it ended. `on_share` is
-    told the share that is done, 0..1.
+    Renders only the blocks that are not in the cache, so an interrupted reference continues. `on_share` gets the finished share, 0..1.
     """
     blocks = -(-spp // BLOCK)
     total = np.zeros((scene.camera.height, scene.camera.width, 3))
@@ -73,7 +74,7 @@ def _settings(max_bounces: int, block: int) -> Render:
 def _block(
     scene: SceneData, max_bounces: int, block: int, machine: Machine, on_pass: Callable[[Result], None], witness: Callable[[], str]
 ) -> np.ndarray:
-    """The mean of `BLOCK` samples. `witness` tells what this program makes of one sample, see `_doubt`."""
+    """The mean of `BLOCK` samples. `witness` returns the SHA-256 of this program's image with one sample, see `_doubt`."""
     own = "" if max_bounces < 0 else f"-{max_bounces}-bounces"
     kept, settings = folder("references", f"{scene.key[:24]}{own}"), _settings(max_bounces, block)
     path = kept / f"block-{block:04}.exr" if kept else None
@@ -82,7 +83,7 @@ def _block(
         try:
             image, header = read_own(path)
             if not (doubt := _doubt(image, header, scene, settings, witness)):
-                checkpoint.remove()  # if it was killed after the image was there
+                checkpoint.remove()  # left over if the program was killed just after it wrote the image
                 return image
         except InputError as error:
             doubt = str(error)
@@ -97,20 +98,21 @@ def _block(
 
 
 def _doubt(image: np.ndarray, header: dict[str, str], scene: SceneData, settings: Render, witness: Callable[[], str]) -> str:
-    """Why an image that was kept is not what would be rendered now; empty where it is. Its pixels are those that were written.
+    """The reason why a stored image is not valid any more; empty if it is valid. Its checksum has already been checked.
 
-    Another version of the program would do, unless it makes other pixels of one sample: a fault that was mended must not live on.
+    An image from another version of the program is valid if both versions give the same pixels for one sample. Otherwise a fixed error
+    could stay in the reference.
     """
     if image.shape != (scene.camera.height, scene.camera.width, 3) or not np.isfinite(image).all():
-        return "what is kept has another size, or pixels that are not finite"
+        return "the stored image has another size, or pixels that are not finite"
     if header.get("scene_key") != scene.key or header.get("settings") != _described(settings):
-        return "what is kept is of another scene, or of other settings"
+        return "the stored image is of another scene, or of other settings"
     if header.get("program") != program() and header.get("witness") != witness():
-        return "this version of the program makes other pixels than the one that rendered what is kept"
+        return "this version of the program renders other pixels than the version that rendered the stored image"
     return ""
 
 
 def _described(settings: Render) -> str:
-    """The settings that are not the defaults. So a reference stays the same when a later version adds a setting."""
+    """Only settings that differ from their defaults. So a reference stays valid when a later version adds a setting."""
     usual = to_dict(Render())
     return json.dumps({name: value for name, value in to_dict(settings).items() if value != usual[name]})

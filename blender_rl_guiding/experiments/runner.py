@@ -1,4 +1,4 @@
-"""Runs experiments: scenes x methods x seeds, each run in a folder of its own; what is done already is skipped."""
+"""Runs experiments: scenes x methods x seeds, each run in its own folder. Finished runs are skipped."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,12 +35,12 @@ class Experiment:
     scenes: tuple[SceneData, ...]
     comparison: Comparison
     command: str  # how it was started, for the report
-    name: str = ""  # in the catalogue; empty for one that is not from there
-    cycles: Given | None = None  # the reference by Cycles, where the comparison asks for that
+    name: str = ""  # its name in the catalogue; empty if it is not in the catalogue
+    cycles: Given | None = None  # the reference by Cycles, if the comparison uses one
 
     @property
     def given(self) -> Given | None:
-        """The reference that is a file; None where this renderer makes it. InputError where nobody has made it."""
+        """The reference if it is a file; None if this renderer makes it. InputError if Cycles should make it, but has not."""
         file = self.comparison.reference_file
         if self.comparison.reference == "FILE":
             return Given(file, printable(file.name))
@@ -52,7 +52,7 @@ class Experiment:
 def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress: Progress) -> int:
     """Bring the experiments' folders up to date, `jobs` runs at a time; returns how many runs failed.
 
-    Each failure is noted in a line. Interrupted, the folders keep every finished run, and the next call goes on from there.
+    Each failure gives one line. After an interrupt the folders keep every finished run, and the next call continues.
     """
     for experiment in experiments:
         _describe(experiment)
@@ -63,7 +63,7 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     due: list[Task] = []
     for experiment in experiments:
         due += _due(experiment, finished, machine, progress)
-    if due and not unfinished:  # an image turned out to be none of its scene
+    if due and not unfinished:  # an image does not belong to its scene
         _prepare(experiments, asked, machine, jobs, progress)
     return _perform(due, machine, jobs, progress)
 
@@ -99,7 +99,7 @@ def _tasks(experiment: Experiment) -> Iterator[Task]:
 
 
 def _finished(task: Task) -> Record | None:
-    """The record of a run that is done; None if there is none or it is damaged, which a line tells."""
+    """The record of a finished run. None if there is no record, or if it is damaged; then a line says so."""
     assert task.folder
     try:
         return finished_run(task.folder, task.scene, task.settings)
@@ -109,7 +109,7 @@ def _finished(task: Task) -> Record | None:
 
 
 def _due(experiment: Experiment, finished: Mapping[Path | None, Record], machine: Machine, progress: Progress) -> list[Task]:
-    """The runs that are not done yet. Those that are get judged by the reference as it is now."""
+    """The unfinished runs. The errors of finished runs are measured again with the current reference."""
     judges = {scene.name: _reference(scene, experiment, machine, progress) for scene in experiment.scenes}
     probes = {scene.name: _probe(scene, experiment, machine, progress) for scene in experiment.scenes}
     due = []
@@ -121,9 +121,9 @@ def _due(experiment: Experiment, finished: Mapping[Path | None, Record], machine
 
 
 def _is_kept(task: Task, record: Record, judge: Judge) -> bool:
-    """Judge a finished run again. False where its image cannot be judged, which a line tells."""
+    """Judge a finished run again. False if its image cannot be judged, which a line tells."""
     assert task.folder
-    in_folder(task.folder).remove()  # it was killed after its result was there
+    in_folder(task.folder).remove()  # left over if the program was killed just after it wrote the result
     try:
         anew = judged_again(task.folder, record, judge)
     except InputError as error:
@@ -147,7 +147,7 @@ def _prepare(experiments: Sequence[Experiment], due: Sequence[Task], machine: Ma
 
 
 def _describe(experiment: Experiment) -> None:
-    """Write experiment.json. InputError where the experiment cannot be."""
+    """Write experiment.json. InputError if the experiment is not possible."""
     _check(experiment)
     asked, given = experiment.comparison, experiment.given
     names = [name for name, _ in asked.methods]
@@ -165,7 +165,7 @@ def _describe(experiment: Experiment) -> None:
 
 
 def _check(experiment: Experiment) -> None:
-    """InputError where a comparison cannot be on these scenes, or in this folder."""
+    """InputError if the comparison is not possible with these scenes or in this folder."""
     names = [scene.name for scene in experiment.scenes]
     asked, given = experiment.comparison, experiment.given
     if (count := len(names) * len(asked.methods) * asked.seeds) > MOST_RUNS:
@@ -185,7 +185,7 @@ def _check(experiment: Experiment) -> None:
 
 
 def _check_folder(experiment: Experiment) -> None:
-    """InputError where a file of the experiment would lie outside of its folder."""
+    """InputError if a file of the experiment would lie outside of its folder."""
     folders = [task.folder for task in _tasks(experiment) if task.folder]
     beside = [experiment.folder / scene.name / file for scene in experiment.scenes for file in ("reference.exr", "probe.json")]
     for path in (*folders, *beside, experiment.folder / "experiment.json"):
@@ -193,7 +193,7 @@ def _check_folder(experiment: Experiment) -> None:
 
 
 def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Judge:
-    """The judge of the scene's runs. Its image is written beside them."""
+    """The reference for the scene's runs. Its image is written into the scene's folder."""
     path = experiment.folder / scene.name / "reference.exr"
     if given := experiment.given:
         truth, digest = read_given(given, scene)
@@ -208,7 +208,7 @@ def _reference(scene: SceneData, experiment: Experiment, machine: Machine, progr
 
 
 def _probe(scene: SceneData, experiment: Experiment, machine: Machine, progress: Progress) -> Point | None:
-    """The point where to ask what is learnt, if anything is; the truth there is in the scene's folder."""
+    """The point at which Q is reported, if any method learns. The truth at this point is written into the scene's folder."""
     asked = experiment.comparison
     if not asked.use_probe or not any(settings.guide.learns for _, settings in asked.methods):
         return None

@@ -1,4 +1,4 @@
-"""A run's folder: image.exr, image.png and result.json, written last so that a folder with a result is a finished run."""
+"""A run's folder: image.exr, image.png and result.json. result.json is written last, so a folder with result.json is a finished run."""
 
 import hashlib
 import json
@@ -23,19 +23,19 @@ from ..schema import to_dict
 from ..settings import Machine, Render, recorded
 from .probe import Point
 
-RENDERED = "rendered"  # the key of references that are rendered here: they only get better
-ON_THE_WAY = (mape_display, relmse)  # the measures that each pass is judged by
+RENDERED = "rendered"  # the key of all references that this renderer makes: later ones only have more samples
+ON_THE_WAY = (mape_display, relmse)  # the measures of each pass
 
 
 class Frame(NamedTuple):
-    """One of an animation: its files have numbers, and lie in one folder."""
+    """A frame of an animation. The files of all frames have numbers and lie in one folder."""
 
     number: int
-    source: str  # the key of the file and view that it was made of, see `opening.frames`
+    source: str  # the key of its file and view, see `opening.frames`
 
     @property
     def suffix(self) -> str:
-        """What Blender appends to the names of its frames."""
+        """The suffix that Blender appends to the names of frames."""
         return f"-{self.number:04}"
 
 
@@ -48,17 +48,17 @@ class Judge(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A run to be made. It can be pickled."""
+    """A run to do. It can be pickled."""
 
-    folder: Path | None  # None saves nothing
+    folder: Path | None  # with None nothing is saved
     scene: SceneData
     settings: Render
-    method: str = ""  # its name in the results; empty for the guide's
+    method: str = ""  # its name in the results; if empty, the guide's name
     judge: Judge | None = None
-    probe: Point | None = None  # where the guide is asked what it has learnt
+    probe: Point | None = None  # the point at which the guide's Q is saved
     frame: Frame | None = None  # of an animation
-    forewarned: bool = False  # whether the caller has called `forewarn`, for several runs at once
-    keeps_unfinished: bool = False  # whether the finished samples are saved where Ctrl-C ends it
+    forewarned: bool = False  # whether the caller has already called `forewarn` for several runs at once
+    keeps_unfinished: bool = False  # whether Ctrl-C saves the image of the finished samples
 
     @property
     def label(self) -> str:
@@ -67,14 +67,14 @@ class Task:
 
     @property
     def suffix(self) -> str:
-        """What the names of its files end with."""
+        """The suffix of the names of its files."""
         return self.frame.suffix if self.frame else ""
 
 
 def save_run(
     task: Task, machine: Machine, result: Result, metrics: dict[str, float] | None = None, learnt: dict[str, Any] | None = None
 ) -> None:
-    """Write a run, or a frame of an animation; nothing of one without a folder. InputError where the folder cannot be written.
+    """Write a run, or a frame of an animation. A run without a folder is not written. InputError if the folder cannot be written.
 
     metrics: errors against the reference, if there is one.
     learnt: see `probe.described`.
@@ -89,8 +89,8 @@ def save_run(
         "program": f"blender_rl_guiding {__version__}",
     }
     told = folder / f"result{task.suffix}.json"
-    with suppress(OSError):  # which the images meet with as well, and report
-        told.unlink(missing_ok=True)  # an interrupt here must not leave the record of another image
+    with suppress(OSError):  # the writing of the images has the same error, and reports it
+        told.unlink(missing_ok=True)  # removed first: an interrupt here must not leave a result.json of another image
     images = _write_images(folder, task.suffix, result, task.settings, header)
     record = Record(
         scene=scene.name,
@@ -119,7 +119,7 @@ def save_run(
 
 
 def _names(suffix: str) -> tuple[str, str, str]:
-    """The names of a run's EXR files: the image, its passes, and without noise."""
+    """The names of a run's EXR files: the image, its passes, and the denoised image."""
     return f"image{suffix}.exr", f"passes{suffix}.exr", f"denoised{suffix}.exr"
 
 
@@ -135,7 +135,7 @@ def _write_images(folder: Path, suffix: str, result: Result, settings: Render, h
     if settings.passes:
         written.append(passes)
         write_layers(passes, {"Combined": combined} | layers, header)
-    del combined, layers  # memory that the denoiser can use: a gigabyte at 3840 x 2160
+    del combined, layers  # freed for the denoiser: a gigabyte at 3840 x 2160
     if settings.denoise:
         from ..render.denoise import denoised
 
@@ -145,21 +145,21 @@ def _write_images(folder: Path, suffix: str, result: Result, settings: Render, h
 
 
 def _write_image(path: Path, pixels: np.ndarray, header: dict[str, str]) -> None:
-    """Write an image twice: its numbers as EXR, and a PNG for the eye."""
+    """Write an image twice: linear values as EXR, and a PNG for viewing."""
     write_exr(path, pixels, header)
     write_png(path.with_suffix(".png"), pixels)
 
 
 def finished_run(folder: Path, scene: SceneData, settings: Render) -> Record | None:
-    """The finished run in a folder; None where there is none, or one of another scene, other settings or another version.
+    """The finished run in a folder. None if there is none, or if its scene, settings or version differ.
 
-    InputError where it is damaged, or an image is not the one that was written with it.
+    InputError if it is damaged, or if an image differs from the image that was written with it.
     """
     return _finished(folder, "", settings, scene_key=scene.key)
 
 
 def finished_frame(folder: Path, frame: Frame, settings: Render) -> Record | None:
-    """The same for a frame of an animation; its source stands for the scene."""
+    """The same for a frame of an animation, with the frame's source as key instead of the scene."""
     return _finished(folder, frame.suffix, settings, source=frame.source)
 
 
@@ -175,25 +175,25 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
     if not record.sha256 or names[0] not in record.images:
         raise InputError(f"{path} does not say what {names[0]} has to be: it is of an earlier version")
     for name, digest in record.images.items():
-        if name not in names:  # anyone can seal a record of any path
+        if name not in names:  # a stranger's result.json can have a valid checksum and any path
             raise InputError(f"{path} names {name!r}, which is no image of a run")
         if _sha256(folder / name) != digest:
-            raise InputError(f"{folder / name} is not the image that {path.name} is of")
+            raise InputError(f"{folder / name} is not the image that belongs to {path.name}")
     return record
 
 
 def _sha256(path: Path) -> str:
-    """The checksum of a file inside its folder. One of the pixels would take far longer: they are compressed."""
+    """The checksum of a file inside its folder. A checksum of the pixels would take far longer, because they are compressed."""
     check_inside(path.parent, path)
     with trying_to(f"read {path}"), typed.opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def judged_again(folder: Path, record: Record, judge: Judge) -> Record:
-    """A finished run with its metrics against the reference as it is now.
+    """A finished run with its metrics against the current reference.
 
-    Keeps the curve's errors if the reference only gained samples; drops them if it is another image.
-    InputError where the run's image cannot be read, or is of another size.
+    If the reference only gained samples, the errors of the curve stay; if it is another image, they are dropped.
+    InputError if the run's image cannot be read, or has another size.
     """
     curve, metrics = record.curve, compare(read_exr(folder / "image.exr")[0], judge.truth)
     if (record.judged_by or RENDERED) != judge.key:

@@ -16,13 +16,13 @@ from ..scene.description import Camera, Film
 from ..settings import Machine, Render
 from .probe import LUMINANCE, Point, find, rounded
 
-ROWS, COLUMNS = 60, 120  # of the truth: the patches of most methods are made of whole ones of these
+ROWS, COLUMNS = 60, 120  # of the truth: a patch of most methods is a union of whole patches of this grid
 SPP = 128
-LIFT = 1e-3  # of the scene's size, from the surface to where the truth is measured
+LIFT = 1e-3  # distance of the camera from the surface, relative to the scene's size
 
 
 def above(scene: SceneData, point: Point, rows: int, columns: int) -> Camera:
-    """A camera just above a point whose pixels are patches of the hemisphere, the last row on top."""
+    """A camera just above a point. Its pixels are patches of the hemisphere, with the last row on top."""
     low, high = scene.bounds
     lifted = point.position + LIFT * float((high - low).max()) * point.normal
     return hemisphere(scene.origin.astype(np.float64) + lifted, point.normal, rows, columns)
@@ -50,7 +50,7 @@ class _File:
     spp: int
     patches: tuple[int, int]
     program: str  # see `checkpoint.program`
-    position: tuple[float, float, float]  # world space, as all that follows
+    position: tuple[float, float, float]  # in world space, like all vectors below
     normal: tuple[float, float, float]
     right: tuple[float, float, float]
     up: tuple[float, float, float]
@@ -59,9 +59,10 @@ class _File:
 
 
 def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int, machine: Machine) -> Point | None:
-    """The point of `find`. Afterwards the file `path` holds its truth, measured if the file held none or another.
+    """The point of `find`. Afterwards the file `path` holds the truth at this point. It is measured if the file is missing or has another
+    truth.
 
-    If the file is damaged a line says so. If there is no point the file is removed.
+    If the file is damaged, a line says so. If there is no point, the file is removed.
     """
     about = {
         "scene_key": scene.key,
@@ -88,7 +89,7 @@ def kept(path: Path, scene: SceneData, pixel: tuple[int, int], max_bounces: int,
 
 
 def _read(path: Path) -> _File | None:
-    """None if there is no such file, or one of an earlier version; also if it is damaged, and then a line says so."""
+    """The truth in a file. None if the file is missing, from an earlier version, or damaged; a line reports damage."""
     if not path.exists():
         return None
     try:

@@ -1,4 +1,4 @@
-"""Images in and out: OpenEXR for the numbers, PNG for the eye. Images are (H, W, 3) float32, linear RGB, top row first."""
+"""Reads and writes images: OpenEXR for linear values, PNG for viewing. Images are (H, W, 3) float32, linear RGB, top row first."""
 
 import contextlib
 import hashlib
@@ -18,7 +18,7 @@ from ..memory import available, in_words
 
 
 def write_exr(path: Path, image: np.ndarray, header: Mapping[str, str]) -> None:
-    """Write 32-bit R, G, B, and A if the image has it, with `header` as string attributes. InputError where it cannot be written."""
+    """Write 32-bit R, G, B, and A if the image has alpha, with `header` as string attributes. InputError if it cannot be written."""
     _write(path, {"RGB" if image.shape[2] == 3 else "RGBA": image}, header)
 
 
@@ -36,7 +36,7 @@ def _write(path: Path, channels: Mapping[str, np.ndarray], header: Mapping[str, 
     attributes = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
     pixels = {name: np.ascontiguousarray(array, np.float32) for name, array in channels.items()}
     with atomic(path) as part:
-        part.touch()  # where this fails the system gives a reason; OpenEXR gives none
+        part.touch()  # opened first, because the system gives a reason for a failure and OpenEXR does not
         try:
             with _quiet(), OpenEXR.File(attributes, pixels) as file:
                 file.write(str(part))
@@ -68,7 +68,7 @@ def sha256(image: np.ndarray) -> str:
 
 
 def read_own(path: Path) -> tuple[np.ndarray, dict[str, str]]:
-    """`read_exr`, of a file whose attribute "sha256" is the checksum of its pixels. InputError where it is not."""
+    """`read_exr` of a file with the attribute "sha256". InputError unless it is the checksum of the pixels."""
     image, header = read_exr(path)
     if header.get("sha256") != sha256(image):
         raise InputError(f"{path}: the pixels are not those that were written")
@@ -76,7 +76,7 @@ def read_own(path: Path) -> tuple[np.ndarray, dict[str, str]]:
 
 
 def _check_memory(path: Path) -> None:
-    """InputError where all channels and the image, at 32 bits, do not fit into memory."""
+    """InputError if all channels and the image, at 32 bits, do not fit into memory."""
     taken = 0
     with _quiet(), OpenEXR.File(str(path), header_only=True) as file:
         for part in file.parts:
@@ -99,7 +99,7 @@ def _rgb(parts: list[OpenEXR.Part], path: Path) -> np.ndarray:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Hold back what OpenEXR prints about a bad file: part through Python's stdout, part straight to descriptor 2."""
+    """Suppress OpenEXR's output about a bad file. Some goes through Python's stdout, some directly to descriptor 2."""
     with contextlib.redirect_stdout(io.StringIO()), open(os.devnull, "wb") as sink:
         stderr = os.dup(2)
         os.dup2(sink.fileno(), 2)
@@ -125,12 +125,12 @@ def png(pixels: np.ndarray) -> bytes:
 
 
 def write_png(path: Path, image: np.ndarray) -> None:
-    """Write a linear image, (H, W, 3) or (H, W, 4), as sRGB PNG, clipped to 0..1. InputError where the file cannot be written.
+    """Write a linear image, (H, W, 3) or (H, W, 4), as sRGB PNG, clipped to 0..1. InputError if the file cannot be written.
 
-    Colours are multiplied by alpha in the image, as everywhere here, and not in the file, as PNG has it.
+    Colours in the image are multiplied by alpha, as everywhere in this package. Colours in a PNG file are not.
     """
     codes = to_display(image if image.shape[2] == 3 else np.dstack([image[..., :3] / np.maximum(image[..., 3:], 1e-6), image[..., 3:]]))
     if image.shape[2] == 4:
-        codes[..., 3] = (np.clip(image[..., 3], 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)  # coverage has no gamma
+        codes[..., 3] = (np.clip(image[..., 3], 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)  # alpha is stored without gamma
     with atomic(path) as part:
         part.write_bytes(png(codes))

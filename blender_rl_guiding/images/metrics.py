@@ -6,13 +6,13 @@ from flip_evaluator import evaluate
 from ..errors import InputError
 from ..measures import NAMES
 
-LARGEST = 1e30  # error or radiance; `result_file` reads no larger one, so that all can be summed up
+LARGEST = 1e30  # largest error or radiance; `result_file` reads no larger values, so that sums stay finite
 
 
 def mape_display(image: np.ndarray, reference: np.ndarray) -> float:
     """Mean of |i - r| / (r + 0.001) over pixels and channels, where i, r = sqrt(clip(I, 0, 1)), sqrt(clip(R, 0, 1)).
 
-    The measure of the published slides, which clips what is brighter than white.
+    This is the measure of the published slides. It clips values above white.
     """
     i, r = (np.sqrt(np.clip(x.astype(np.float64), 0.0, 1.0)) for x in (image, reference))
     return float(np.mean(np.abs(i - r) / (r + 0.001)))
@@ -36,7 +36,7 @@ def relmse(image: np.ndarray, reference: np.ndarray) -> float:
 
 
 def _told(errors: np.ndarray) -> float:
-    """Their mean within 0..`LARGEST`; it would be below 0 where a given reference has pixels below 0."""
+    """The mean, clipped to 0..`LARGEST`. Without the clip it could be negative, if a given reference has negative pixels."""
     return float(errors.mean().clip(0.0, LARGEST))
 
 

@@ -1,4 +1,4 @@
-"""Opens .blend files: runs the add-on's exporter in a Blender of its own and reads the bundle that it writes."""
+"""Opens .blend files: runs the add-on's exporter in a separate Blender, and reads the bundle that the exporter writes."""
 
 import importlib.util
 import os
@@ -23,7 +23,7 @@ _MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, zstd, gzip
 
 
 def open_scene(path: Path, blender: Path | None = None, view: View = View()) -> SceneData:
-    """Read a bundle, or export a .blend and read that. InputError names what is wrong in one line."""
+    """Read a bundle, or export a .blend and read its bundle. The InputError names the fault in one line."""
     with opening(path, blender, view) as opened:
         return opened()
 
@@ -32,7 +32,8 @@ def open_scene(path: Path, blender: Path | None = None, view: View = View()) -> 
 def opening(path: Path, blender: Path | None = None, view: View = View()) -> Iterator[Callable[[], SceneData]]:
     """As `open_scene`, but Blender exports in the background: yields a function that waits for the scene.
 
-    The function raises InputError; a fault that shows without Blender raises it at once. After the block nothing is left of the export.
+    The function raises InputError. A fault that is detected without Blender raises InputError at once. After the block all files of the
+    export are removed.
     """
     if path.suffix != ".blend":
         view.check_none(path)
@@ -54,13 +55,13 @@ def opening(path: Path, blender: Path | None = None, view: View = View()) -> Ite
 def export(blend: Path, bundle: Path, *, blender: Path | None = None, strict: bool = False, view: View = View()) -> tuple[Loss, ...]:
     """Write the bundle of a .blend, through the bpy module or a Blender executable; returns the coverage report.
 
-    With `strict` a coverage report that is not empty is an InputError. On any error `bundle` stays as it was.
+    With `strict`, InputError if the coverage report is not empty. On any error the file `bundle` stays unchanged.
     """
     command = exporter(blend, blender)
     options = ["--strict"] if strict else []
     with trying_to(f"write {bundle}"):
         bundle.parent.mkdir(parents=True, exist_ok=True)
-        # The child writes to a temporary folder, so that nothing remains even if it is killed.
+        # The child writes to a temporary folder. So no file remains, even if the child is killed.
         with temporary_folder(bundle.parent) as folder:
             part = Path(folder).resolve() / bundle.name
             with _exporting(command, blend, part, view, *options) as finish:
@@ -114,13 +115,13 @@ class Outcome:
     """The exporter's answer."""
 
     ok: str = ""  # the bundle
-    error: str = ""  # one line; empty where all went well
+    error: str = ""  # one line; empty on success
     coverage: tuple[Loss, ...] = ()
-    source: str = ""  # of an animation: the key of what its frames are made of, see `frames`
+    source: str = ""  # only for animations: the key of the file and view of its frames, see `frames`
 
 
 def outcome_of(line: str) -> Outcome | None:
-    """The exporter's answer in a line; None for lines that Blender writes. InputError if the answer is an error."""
+    """The exporter's answer in a line; None for Blender's own output. InputError if the answer is an error."""
     if not line.startswith(('{"ok"', '{"error"')):
         return None
     try:

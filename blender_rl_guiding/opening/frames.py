@@ -1,4 +1,4 @@
-"""Exports the frames of an animation one by one, in one Blender, while the caller works on the frame before."""
+"""Exports the frames of an animation one by one, in one Blender, while the caller works on the previous frame."""
 
 import os
 import subprocess
@@ -22,9 +22,9 @@ class Frames:
         self._blend, self._bundle, self._child = blend, bundle, child
 
     def source(self) -> str:
-        """A key of what the frames are made of: the file, the files that it refers to, and the view. Waits until the file is open.
+        """The key of the frames: a hash of the file, its referenced files, and the view. Waits until the file is open.
 
-        Has to be called first. InputError if the file cannot be opened, or lacks what the view names.
+        Has to be called first. InputError if the file cannot be opened, or does not have a name in the view.
         """
         return self._outcome().source
 
@@ -32,11 +32,11 @@ class Frames:
         """Begin to export a frame."""
         stdin = self._child.process.stdin
         assert stdin
-        with suppress(BrokenPipeError):  # it has ended; `take` tells why
-            os.write(stdin.fileno(), f"{frame}\n".encode())  # unbuffered: else closing the pipe would write once more
+        with suppress(BrokenPipeError):  # Blender has ended; `take` reports the reason
+            os.write(stdin.fileno(), f"{frame}\n".encode())  # unbuffered, because otherwise closing the pipe would write again
 
     def take(self) -> SceneData:
-        """Wait for the frame that was asked for. InputError if it cannot be exported."""
+        """Wait for the requested frame. InputError if it cannot be exported."""
         self._outcome()
         scene = load(self._bundle)
         self._bundle.unlink()
@@ -53,7 +53,7 @@ class Frames:
 
 @contextmanager
 def exporting_frames(blend: Path, view: View, blender: Path | None = None) -> Iterator[Frames]:
-    """Start a Blender that opens a file for its frames; it ends with the block. InputError if it cannot start."""
+    """Start a Blender that opens a file for its frames. Blender ends with the block. InputError if it cannot start."""
     if blend.suffix != ".blend":
         raise InputError(f"--frames is for .blend files: {blend} is a bundle, of one frame")
     command = exporter(blend, blender)

@@ -1,6 +1,6 @@
-"""Tells what came out of an experiment, from its folder alone. Knows nothing of rendering.
+"""Reports the results of an experiment. It reads only the experiment's folder, and is independent of rendering.
 
-`load` reads a folder (folders > result_file) into `Results` (results), from which all else is made:
+`load` reads a folder (folders > result_file) into `Results` (results). All output is made from `Results`:
   tables    numbers, published, gains   as HTML (markup) and text (texts)
   pictures  curves > charts, discs, pictures
   outputs   page > page_pictures, figures, handover
@@ -17,9 +17,9 @@ __all__ = ["load", "show", "write"]
 
 
 def write(folder: Path) -> Results:
-    """Make `report.html`, `table.csv`, `table.tex` and `figures` from the run folders alone; returns what they were made of.
+    """Make `report.html`, `table.csv`, `table.tex` and `figures` from only the run folders. Returns the `Results`.
 
-    InputError as in `load`, with nothing written.
+    InputError as in `load`; then nothing is written.
     """
     from ..errors import atomic
     from . import figures, numbers, texts
@@ -35,7 +35,7 @@ def write(folder: Path) -> Results:
 
 
 def show(results: Results, console: Console) -> None:
-    """Print the errors, as wide as they are: on a narrow terminal lines break, but no number is cut."""
+    """Print the errors in full width. On a narrow terminal the lines wrap, but no number is cut off."""
     from rich.measure import Measurement
 
     from ..tables import Table

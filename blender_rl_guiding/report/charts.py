@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import NamedTuple
 
-LARGEST = 1e30  # value in a chart; the smallest on a logarithmic axis is 1 / LARGEST
-NARROWEST = 1e-9  # span of an axis over its largest value; below, ticks could not be told apart
+LARGEST = 1e30  # largest value in a chart; the smallest value on a logarithmic axis is 1 / LARGEST
+NARROWEST = 1e-9  # minimal span of an axis, relative to its largest value; with less, the labels of ticks would be equal
 Points = Sequence[tuple[float, float]]
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 680, 340, 70, 16, 34, 56
 
@@ -19,7 +19,7 @@ class Axis(NamedTuple):
     high: float
 
     def along(self, value: float) -> float:
-        """The place of a value, 0..1."""
+        """The position of a value along the axis, 0..1."""
         return ((math.log10(value) if self.log else value) - self.low) / (self.high - self.low)
 
     @property
@@ -28,7 +28,7 @@ class Axis(NamedTuple):
         return (10.0**self.low, 10.0**self.high) if self.log else (self.low, self.high)
 
     def ticks(self) -> list[float]:
-        """Round numbers within, about four to eight."""
+        """About four to eight round numbers within the axis."""
         if not self.log:
             step = round_step((self.high - self.low) / 5)
             return [k * step for k in range(math.ceil(self.low / step), math.floor(self.high / step) + 1)]
@@ -49,9 +49,9 @@ def axis(values: Sequence[float], log: bool) -> Axis:
 
 
 class Plot(NamedTuple):
-    """Lines over common axes, as the page and the figures for papers draw them."""
+    """Lines over common axes, for the page and for the figures for papers."""
 
-    name: str  # as part of a file's
+    name: str  # the name as a part of file names
     x_label: str
     y_label: str
     log_x: bool
@@ -72,7 +72,7 @@ def round_step(step: float) -> float:
 
 
 def drawable(points: Points, log_x: bool, log_y: bool) -> list[tuple[float, float]]:
-    """The points that have a place in a chart."""
+    """The points that can be drawn in a chart."""
 
     def has_place(value: float, log: bool) -> bool:
         return 1 / LARGEST < value < LARGEST if log else abs(value) < LARGEST

@@ -1,4 +1,4 @@
-"""Errors and losses over the course of a render, as lines: means over the seeds of a method."""
+"""Lines of errors and losses during a render: means over the seeds of a method."""
 
 import math
 import statistics
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from .charts import Plot, Points, drawable
 from .results import Results, Run, Summary
 
-MOST_POINTS = 50  # in a line of losses: each is the mean of some training steps, or the noise hides the line
+MOST_POINTS = 50  # points in a line of losses: each point is the mean of some training steps, because noise would hide the line
 
 
 def plots(results: Results, scene: str) -> list[Plot]:
@@ -16,7 +16,7 @@ def plots(results: Results, scene: str) -> list[Plot]:
 
 
 def error_plots(results: Results, scene: str) -> list[Plot]:
-    """mape_display over samples as the slides have it, and relMSE over time; empty where no run recorded them."""
+    """mape_display over samples, as in the slides, and relMSE over time. Empty if no run recorded errors."""
     found = results.summaries(scene)
     by_samples = [(summary.method, over(summary, "samples", "mape_display")) for summary in found]
     by_time = [(summary.method, over(summary, "seconds", "relmse")) for summary in found]
@@ -27,7 +27,7 @@ def error_plots(results: Results, scene: str) -> list[Plot]:
 
 
 def loss_plots(results: Results, scene: str) -> list[Plot]:
-    """Losses over training steps, a plot for each kind of loss; empty where nothing learnt."""
+    """Losses over training steps, one plot for each kind of loss. Empty if no guide learnt."""
     plots = []
     for unit, found in by_loss(results, scene).items():
         name, lines = "-".join(["loss", *unit.removeprefix("loss of ").split()]), [(summary.method, losses(summary)) for summary in found]
@@ -36,7 +36,7 @@ def loss_plots(results: Results, scene: str) -> list[Plot]:
 
 
 def _drawable(*plots: Plot) -> list[Plot]:
-    """The plots without points that have no place, without empty lines and empty plots."""
+    """The plots without points that cannot be drawn, without empty lines, and without empty plots."""
     found = []
     for plot in plots:
         lines = [(method, drawable(line, plot.log_x, plot.log_y)) for method, line in plot.lines]
@@ -45,7 +45,9 @@ def _drawable(*plots: Plot) -> list[Plot]:
 
 
 def over(summary: Summary, x: str, measure: str) -> Points:
-    """Errors over the means of x, "samples" per pixel or "seconds" of rendering and learning, where every seed has an error."""
+    """Errors over the means of x, "samples" per pixel or "seconds" of rendering and learning, for the passes in which every seed has an
+    error.
+    """
     entries = [{entry["samples"]: entry for entry in run.curve if measure in entry} for run in summary.runs]
     common = sorted(set.intersection(*map(set, entries)))
     mean = statistics.fmean
@@ -61,7 +63,7 @@ def losses(summary: Summary) -> Points:
 
 
 def _mean(values: Sequence[float]) -> float:
-    """The mean of losses, which may be infinite: `fmean` refuses those."""
+    """The mean of losses. Losses may be infinite, and `fmean` raises an error for these."""
     return sum(values) / len(values)
 
 
@@ -75,7 +77,7 @@ def by_loss(results: Results, scene: str) -> dict[str, list[Summary]]:
 
 
 def _unit(run: Run) -> str:
-    """The kind of a run's loss. With NEE a guide learns less: all but the lights."""
+    """The kind of a run's loss. With NEE the target of a guide leaves out the lights, so its loss is another kind."""
     guide = run.settings.get("guide", {})
     error = f"{guide['error']} error" if "error" in guide else f"loss of {guide.get('kind', run.method)}"
     return f"{error} with NEE" if run.nee else error

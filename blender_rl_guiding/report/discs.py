@@ -1,7 +1,7 @@
-"""Hemispheres as discs: seen from outside along the normal, equal areas for equal solid angles, so that all patches are of one size.
+"""Hemispheres as discs, seen from outside along the normal. Equal areas are equal solid angles, so all patches have the same area.
 
-The centre is the normal, the rim the horizon, to the right the tangent, up the bitangent; a direction at cos(theta) stands at the
-radius sqrt(1 - cos(theta)) (Lambert's azimuthal projection).
+The centre is the normal, the rim is the horizon. The tangent points right, the bitangent up. A direction at angle theta has the radius
+sqrt(1 - cos(theta)) (Lambert's azimuthal projection).
 """
 
 import math
@@ -17,17 +17,17 @@ from matplotlib.figure import Figure
 from .charts import Axis
 from .pictures import COLOURS
 
-DARKEST = 1e-30  # radiance; less is nothing
-DECADES = 4.0  # of a scale, at most; what is darker is black
-SMOOTH = 3  # points along each side of a pixel
-_LABELS = 5  # below a bar of colours, at most
+DARKEST = 1e-30  # radiance; smaller values count as 0
+DECADES = 4.0  # maximal decades of a scale; darker patches are black
+SMOOTH = 3  # sample points per pixel, along each side
+_LABELS = 5  # maximal number of ticks below a bar of colours
 PIXELS = 480  # of a disc, along each side
 _GAP, _TITLE, _BAR, _NOTE = 0.12, 0.4, 0.52, 0.26  # inches: between discs, above them, below them, at the bottom
 _LETTER = 0.05  # inches, of the line at the bottom, about
 
 
 def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
-    """A logarithmic scale for all: up to the brightest patch, and down to the darkest hundredth or by `DECADES`."""
+    """A common logarithmic scale: from the 1 % quantile of the patches, but at most `DECADES` below the top, to the brightest patch."""
     values = np.concatenate([np.ravel(h) for h in hemispheres])
     positive = values[values > DARKEST]
     if not len(positive):
@@ -37,7 +37,7 @@ def scale(hemispheres: Iterable[np.ndarray]) -> Axis:
 
 
 def labels(axis: Axis) -> list[float]:
-    """The axis' ticks, thinned out until there is room for them."""
+    """The ticks of the axis; some are left out if there is too little room."""
     ticks = axis.ticks()
     return ticks[:: math.ceil(len(ticks) / _LABELS)]
 
@@ -60,26 +60,26 @@ def _colours(values: np.ndarray, axis: Axis) -> np.ndarray:
 
 
 def averaged(fine: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """The means of a hemisphere over (rows, columns) other patches; a fine patch counts in each coarse one by its share."""
+    """The means of a hemisphere over (rows, columns) other patches. A fine patch counts in each coarse patch by its share of the area."""
     return _shares(rows, fine.shape[0]) @ fine @ _shares(columns, fine.shape[1]).T
 
 
 def _shares(coarse: int, fine: int) -> np.ndarray:
-    """The share of each of `coarse` equal intervals that each of `fine` ones fills, (coarse, fine)."""
+    """(coarse, fine): the share of coarse interval i that fine interval j covers, for equal intervals of 0..1."""
     ends = np.arange(coarse)[:, None] / coarse, np.arange(fine)[None, :] / fine
     overlap = np.minimum(ends[0] + 1 / coarse, ends[1] + 1 / fine) - np.maximum(*ends)
     return overlap.clip(0) * coarse
 
 
 def relative_error(q: np.ndarray, truth: np.ndarray) -> float:
-    """mean |Q - truth| / mean truth, over the patches of Q; where nothing arrives 0 or infinite."""
+    """mean |Q - truth| / mean truth, over the patches of Q. If the truth is 0, the error is 0 or infinite."""
     expected = averaged(truth, *q.shape)
     off, mean = float(np.abs(q - expected).mean()), float(expected.mean())
     return off / mean if mean else (math.inf if off else 0.0)
 
 
 def verdict(q: np.ndarray, truth: np.ndarray, nee: bool) -> str:
-    """How far off Q is. With next-event estimation (NEE) it should not be the truth: Q leaves the lights out."""
+    """The error of Q as text. With next-event estimation (NEE) there is no error, because Q then leaves out the lights."""
     return "what NEE leaves" if nee else f"off by {100 * relative_error(q, truth):.0f}\N{NO-BREAK SPACE}%"
 
 
@@ -92,7 +92,7 @@ def direction(vector: Sequence[float]) -> str:
 
 
 def caption(scene: str, pixel: Sequence[int], right: Sequence[float], up: Sequence[float]) -> str:
-    """The place of a hemisphere and its directions, in a line."""
+    """A line with the scene and pixel of a hemisphere, and with its directions."""
     return f"{scene}, pixel ({pixel[0]}, {pixel[1]}); seen along the normal, right is {direction(right)}, up is {direction(up)}"
 
 
@@ -100,7 +100,7 @@ def caption(scene: str, pixel: Sequence[int], right: Sequence[float], up: Sequen
 
 
 class Disc(NamedTuple):
-    """A hemisphere (rows, columns) and what stands above it, in one line or two."""
+    """A hemisphere (rows, columns), and its title of one or two lines."""
 
     title: str
     values: np.ndarray

@@ -15,11 +15,11 @@ from .results import Pictures, Results, Run, Truth
 
 WIDTH, HEIGHT = 3.4, 2.2  # inches: a column of text
 NAMES_ABREAST = 3  # in a legend
-TALLEST = 4  # height over width of an image, or width over height; beyond, it is stretched
+TALLEST = 4  # maximal ratio of an image's sides; a longer image is stretched
 
 
 def write(results: Results) -> None:
-    """Make every figure of an experiment in its folder `figures`. InputError where one cannot be written."""
+    """Write every figure of an experiment into its folder `figures`. InputError if a figure cannot be written."""
     check_inside(results.folder, results.folder / "figures")
     for scene in results.scenes:
         for name, figure in _of_scene(results, scene):
@@ -56,7 +56,7 @@ def _chart(results: Results, plot: Plot) -> Figure:
     axes.set_yticks(y_axis.ticks(), [f"{y:.4g}" for y in y_axis.ticks()])
     axes.minorticks_off()
     axes.set_xlabel(plot.x_label, fontsize=8)
-    axes.set_ylabel(plot.y_label, fontsize=8, parse_math=False)  # a name is not TeX
+    axes.set_ylabel(plot.y_label, fontsize=8, parse_math=False)  # names must not be parsed as TeX
     axes.tick_params(labelsize=7)
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color="#e4e5e3", linewidth=0.6)
@@ -84,7 +84,7 @@ def _images(pictures: Pictures) -> Figure:
 
 
 def _learnt(scene: str, truth: Truth, learnt: Sequence[tuple[Run, np.ndarray]]) -> Figure:
-    """The radiance that arrives at a point and each method's Q of it."""
+    """The radiance that arrives at a point, and each method's Q at this point."""
     shown = [discs.Disc("truth\n", truth.hemisphere)]
     shown += [discs.Disc(f"{run.method}\n{discs.verdict(q, truth.hemisphere, run.nee)}", q) for run, q in learnt]
     group = discs.Group(shown, discs.scale([disc.values for disc in shown]), "radiance that arrives")

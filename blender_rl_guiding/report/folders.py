@@ -1,4 +1,4 @@
-"""Reads an experiment's folder. A stranger may have made it: damaged runs are listed and left out, the others make the report."""
+"""Reads an experiment's folder, which may come from a stranger. Damaged runs are listed and left out; the report uses the others."""
 
 import hashlib
 import os
@@ -56,13 +56,13 @@ class _Encoder:
 @dataclass(frozen=True)
 class _Guide:
     kind: _Word
-    error: _Word = ""  # what the loss is of, where it learns by one
+    error: _Word = ""  # the kind of the loss, if the guide minimises one
     encoder: _Encoder = _Encoder("none")
 
 
 @dataclass(frozen=True)
 class _Settings:
-    """The settings that decide how a run is reported. The others are only shown."""
+    """The settings that affect the report of a run. All other settings are only displayed."""
 
     guide: _Guide
     nee: bool = False
@@ -71,11 +71,11 @@ class _Settings:
 def load(folder: Path) -> Results:
     """Read an experiment's folder.
 
-    Runs without result.json are listed as missing. Files that are damaged or of another run are listed as damaged, and left out.
-    InputError where experiment.json is damaged, or if no run is left.
+    Runs without result.json are listed as missing. Damaged files and files of other runs are listed as damaged, and left out.
+    InputError if experiment.json is damaged, or if no run is left.
     """
     plan = _plan(folder / "experiment.json")
-    # The plan decides: the folder may also hold runs of an earlier, larger experiment.
+    # Read only the runs in the plan: the folder may also contain runs of an earlier, larger experiment.
     places = [(scene, method, seed) for scene in plan.scenes for method in plan.methods for seed in sorted(plan.seeds)]
     runs, missing, damage = list[Run](), [], _Damage(folder)
     for scene, method, seed in places:
@@ -106,7 +106,7 @@ class _Damage:
         self._inside = re.compile(f"(^|^cannot read ){re.escape(printable(f'{folder}{os.sep}'))}")
 
     def without(self, read: Callable[..., _T | None], *args: Any) -> list[_T]:
-        """A list of the value that `read` returns; empty if it is None or damaged."""
+        """A list with the value of `read`; empty if the value is None or damaged."""
         try:
             value = read(*args)
         except InputError as error:
@@ -144,7 +144,7 @@ def _run(folder: Path, scene: str, method: str, seed: int) -> Run:
 
 
 def _metrics(record: Record) -> dict[str, float]:
-    """The errors of a run. MalformedError if it cannot be reported."""
+    """The errors of a run. MalformedError if the run cannot be reported."""
     _check_curve(record.curve)
     typed.read(_Settings, record.settings, "settings", loose=True)
     metrics = typed.read(dict[str, Error], record.metrics, "metrics")
@@ -157,7 +157,7 @@ def _metrics(record: Record) -> dict[str, float]:
 
 
 def _check_curve(curve: Sequence[Mapping[str, float]]) -> None:
-    """MalformedError on an entry that has no place in a chart."""
+    """MalformedError if a chart cannot show an entry."""
     for k, entry in enumerate(curve):
         if missing := {"samples", "seconds"} - entry.keys():
             raise typed.MalformedError(f"curve[{k}] lacks {min(missing)!r}")
@@ -182,7 +182,7 @@ def _truth(folder: Path, scene: str) -> Truth | None:
 
 
 def _of_one_size(runs: list[Run], damage: _Damage) -> tuple[tuple[int, int] | None, list[Run]]:
-    """The most common width and height of a scene's runs, and the runs that have it. Runs of earlier versions may not tell theirs."""
+    """The most common image size of a scene's runs, and the runs with this size. Runs of earlier versions may not record their size."""
     sizes = [run.resolution for run in runs if run.resolution]
     if not sizes:
         return None, runs
@@ -197,7 +197,9 @@ def _fitting(run: Run, size: tuple[int, int]) -> Run:
 
 
 def _with_images(folder: Path, runs: list[Run], size: tuple[int, ...], damage: _Damage) -> tuple[list[Run], list[tuple[Run, np.ndarray]]]:
-    """The runs to report, and the first whole image of each method. Runs before that image's are left out: theirs are damaged."""
+    """The runs to report, and the first intact image of each method. A method's runs before this image are left out, because their images
+    are damaged.
+    """
     whole, shots = list[Run](), list[tuple[Run, np.ndarray]]()
     for run in runs:
         if any(run.method == shown.method for shown, _ in shots):

@@ -10,7 +10,7 @@ HEADS = ("", "against", "ratio", "")
 
 
 def gains(results: Results, scene: str) -> list[Row]:
-    """A row for each pair of methods that differ in nothing but that one has an encoder and one has none, under `HEADS`."""
+    """A row, under `HEADS`, for each pair of methods with equal settings where only one has an encoder."""
     found = results.summaries(scene)
     plain = [(summary, _but_encoder(summary)) for summary in found if _encoder(summary) == "none"]
     return [
@@ -27,7 +27,7 @@ def _encoder(summary: Summary) -> str | None:
 
 
 def _but_encoder(summary: Summary) -> dict[str, Any]:
-    """All settings that must agree."""
+    """All settings that must be equal in such a pair."""
     settings = summary.runs[0].settings
     return settings | {"seed": None, "guide": settings["guide"] | {"encoder": None}}
 
@@ -38,7 +38,7 @@ def _row(summary: Summary, plain: Summary) -> Row:
 
 
 def _verdict(ratio: Estimate) -> str:
-    """The difference that is sure at 95 %."""
+    """The difference that the 95 % interval proves."""
     if ratio.margin is None:
         return "more seeds would tell"
     if (beyond := abs(ratio.mean - 1) - ratio.margin) <= 0:

@@ -1,4 +1,4 @@
-"""Hands a comparison over to Blender: numbers as plain data, and pictures as files that Blender opens by itself."""
+"""Prepares the results of a comparison for Blender: numbers as plain data, and pictures as files for Blender to open."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,9 +11,9 @@ from .results import Results, Summary
 
 
 def handed_over(results: Results) -> dict[str, Any]:
-    """Page, methods and pictures of an experiment on one scene. Its report is there already; this writes the error maps.
+    """Page, methods and pictures of an experiment on one scene. The report must exist; this function writes the error maps.
 
-    InputError where there is no reference.
+    InputError if there is no reference.
     """
     folder, scene = results.folder, results.scenes[0]
     if scene not in results.pictures:
@@ -54,7 +54,7 @@ def _row(summary: Summary, base: Summary | None) -> dict[str, Any]:
 
 
 def _figures(results: Results, scene: str) -> Iterator[tuple[str, str]]:
-    """Names of the figures that the report has made of a scene: those of the files, and those for people."""
+    """File names and titles of the figures of a scene in the report."""
     for plot in curves.plots(results, scene):
         yield plot.name, f"{plot.y_label} over {plot.x_label.partition(',')[0]}"
     if results.learnt(scene):

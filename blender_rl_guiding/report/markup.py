@@ -15,7 +15,7 @@ def method_table(results: Results, table: Table) -> str:
 
 
 def html_table(table: Table, name: Callable[[str], str] = escape) -> str:
-    """A table, scrolled by itself where the screen is narrow. `name` makes HTML of a row's name."""
+    """A table with its own scroll bar on narrow screens. `name` converts a row's name to HTML."""
     head = "".join(f"<th scope=col>{escape(head)}</th>" for head in table.heads)
     body = ""
     for title, rows in table.groups.items():
@@ -40,12 +40,12 @@ def _cell(cell: Cell) -> str:
 
 
 def _method(results: Results, method: str) -> str:
-    """A method's name, which breaks after its underscores where there is little room."""
+    """A method's name; it can wrap after underscores."""
     return f"{_swatch(results, method)}{escape(method).replace('_', '_<wbr>')}"
 
 
 def colour(results: Results, method: str) -> str:
-    """The method's colour, which the style sheet knows in a light and a dark version."""
+    """The method's colour. The style sheet defines a light and a dark version of it."""
     return f"var(--m{results.methods.index(method) % len(LIGHT)})"
 
 

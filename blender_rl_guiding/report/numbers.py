@@ -11,13 +11,13 @@ HEADS = ("", *NAMES, EQUAL_TIME, "seconds", LEARNING, "Mrays/s")
 
 
 def errors(results: Results, scene: str) -> list[Row]:
-    """Each method's cells under `HEADS`. Ratios are left out where the baseline has no finished run on the scene."""
+    """Each method's cells under `HEADS`. Without a finished run of the baseline on the scene, ratios are left out."""
     found, base = results.summaries(scene), results.base(scene)
     return [Row(summary.method, [*_errors(summary, found, base), *_costs(summary, base)]) for summary in found]
 
 
 def _errors(summary: Summary, found: Sequence[Summary], base: Summary | None) -> list[Cell]:
-    """A cell for each measure: the error, and below it its interval and its ratio to the baseline's."""
+    """A cell for each measure: the error, and below it its interval and error / error of the baseline."""
     cells = []
     for name in NAMES:
         value, means = summary.errors[name], [other.errors[name].mean for other in found]
@@ -35,14 +35,14 @@ def _costs(summary: Summary, base: Summary | None) -> list[Cell]:
 
 
 def _learning(summary: Summary) -> Cell:
-    """The share of the seconds that went into learning; below, those of training and inference where the guide tells them apart."""
+    """Learning time / seconds. Below it, the shares of training and of inference, if the guide measures both."""
     train, infer = summary.share("train_seconds"), summary.share("infer_seconds")
     parts = (f"{train:.0%} +", f"{infer:.0%}") if train or infer else ()
     return Cell(f"{summary.share('learn_seconds'):.0%}", parts)
 
 
 def overall(results: Results, scenes: Sequence[Sequence[Summary]]) -> Table:
-    """Geometric means of the ratios to the baseline, over scenes that have every method."""
+    """Geometric means of the ratios to the baseline, over the scenes with results of every method."""
     base, rows = results.methods.index(results.baseline), []
     for k, method in enumerate(results.methods):
         means = [geometric_mean(ratio(s[k].errors[name].mean, s[base].errors[name].mean) for s in scenes) for name in NAMES]
@@ -58,7 +58,7 @@ def runs(results: Results) -> Table:
 
 
 def papers(results: Results) -> Table:
-    """mape_display with half its 95 % interval and the ratio to the baseline's; the best of each scene is marked."""
+    """mape_display with half its 95 % interval, and mape_display / mape_display of the baseline. The best of each scene is marked."""
     columns = [_column(results, scene) for scene in results.reported]
     rows = [Row(method, [column.get(method, Cell("--")) for column in columns]) for method in results.methods]
     return Table(("mape_display", *results.reported), {"": rows})
@@ -76,12 +76,12 @@ def _column(results: Results, scene: str) -> dict[str, Cell]:
 
 
 def margin(value: Estimate) -> str:
-    """Half the 95 % interval to one digit, as in "±0.003" or "±20"; empty where there is none."""
+    """Half the 95 % interval to one digit, as in "±0.003" or "±20"; empty if there is none."""
     return "" if value.margin is None else f"±{float(f'{value.margin:.1g}'):g}"
 
 
 def equal_time(summary: Summary, base: Summary) -> float:
-    """The relMSE's ratio to the baseline's if both rendered equally long: relMSE falls as 1 / samples, hence as 1 / time."""
+    """relMSE / relMSE of the baseline if both rendered for the same time. relMSE falls as 1 / samples, hence as 1 / time."""
     return ratio(summary.errors["relmse"].mean, base.errors["relmse"].mean) * summary.seconds.mean / base.seconds.mean
 
 

@@ -35,14 +35,14 @@ def page(results: Results) -> str:
 
 
 def _filled(template: str, parts: dict[str, str]) -> str:
-    """Fills all fields in one pass: text from the folder is not searched for fields."""
+    """Fills all fields in one pass, so that fields in text from the folder are not replaced."""
     return re.sub(r"{{(\w+)}}", lambda found: parts[found[1]], template)
 
 
 def _policy(template: str, parts: dict[str, str]) -> str:
-    """The Content-Security-Policy: a browser runs the template's own script and style alone, and loads nothing.
+    """The Content-Security-Policy: a browser runs only the template's own script and style, and loads no other resources.
 
-    `style-src` is for attributes, and for browsers that do not know `style-src-elem`.
+    `style-src` is for style attributes, and for browsers without `style-src-elem`.
     """
     own = {tag: _filled(template.partition(f"<{tag}>")[2].partition(f"</{tag}>")[0], parts) for tag in ("style", "script")}
     digests = {tag: base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for tag, text in own.items()}
@@ -76,32 +76,32 @@ def _alert(about: str, lines: Sequence[str]) -> str:
 
 
 def _beside_published(results: Results) -> str:
-    """Theirs beside ours; empty where nothing is published."""
+    """The published results beside ours; empty if nothing is published."""
     groups = {scene: rows for scene in results.reported if (rows := published.rows(results, scene))}
     if not groups:
         return ""
     samples = sorted({run.spp for run in results.runs})
     warning = "" if samples == [published.SPP] else f"<b>These images have {', '.join(map(str, samples))} samples.</b> "
     note = (
-        f"mape_display over that of {escape(results.baseline)} at {published.SPP} samples a pixel, training included. {warning}"
+        f"mape_display / mape_display of {escape(results.baseline)}, at {published.SPP} samples a pixel, training included. {warning}"
         f"The published ratios were measured from the slides' images (±{published.PRECISION}); small: the error itself, theirs from the "
-        "slides' final table. Methods that the slides do not have are held against their best."
+        "slides' final table. A method that is not in the slides is compared with the slides' best method."
     )
     return _overview("Beside the slides", note, results, Table(published.HEADS, groups))
 
 
 def _by_encoder(results: Results) -> str:
-    """What encoders gain; empty where none can be compared."""
+    """The gains of encoders; empty if no encoder can be compared."""
     groups = {scene: rows for scene in results.reported if (rows := gains.gains(results, scene))}
     note = (
-        "mape_display over that of the method that differs in nothing but that it has no encoder; below it half its 95 % interval, "
+        "mape_display / mape_display of the same method without encoder; below it half its 95 % interval, "
         "as if the runs of both were independent."
     )
     return _overview("Encoders", note, results, Table(gains.HEADS, groups)) if groups else ""
 
 
 def _overall(results: Results) -> str:
-    """Means over the scenes that have every method; empty below two of them."""
+    """Means over the scenes with results of every method; empty if there are fewer than two such scenes."""
     whole = [found for scene in results.reported if len(found := results.summaries(scene)) == len(results.methods)]
     note = f"Ratio to {escape(results.baseline)}, geometric mean over the {len(whole)} scenes that every method finished; lower is better."
     return _overview("All scenes", note, results, numbers.overall(results, whole)) if len(whole) > 1 else ""
@@ -112,7 +112,7 @@ def _overview(title: str, note: str, results: Results, table: Table) -> str:
 
 
 def _scene(results: Results, scene: str) -> str:
-    """Numbers, charts and pictures; the loss first where it is what the experiment is about."""
+    """Numbers, charts and pictures. If the loss is the experiment's main result, its chart comes first."""
     error, loss = page_pictures.errors(results, scene), page_pictures.losses(results, scene)
     charts = loss + error if results.name in LOSS_FIRST else error + loss
     parts = [f"<section><h2>{escape(scene)}</h2>", _errors(results, scene), charts, page_pictures.images(results, scene)]
@@ -124,9 +124,9 @@ def _errors(results: Results, scene: str) -> str:
     about = (
         f"Errors against the reference ({escape(results.reference)}); lower is better. Below each: half the 95 % interval of the mean "
         f"over seeds, and the ratio to {escape(results.baseline)}. <em>{numbers.EQUAL_TIME.capitalize()}</em>: the ratio of "
-        "relmse if all rendered equally long, learning included, as far as it falls as 1 / samples. "
-        f"<em>{numbers.LEARNING.capitalize()}</em>: of the seconds, what learning took; below it, training + inference, "
-        "which is the laying out of what was learnt for the tracer."
+        "relmse for the same rendering time, learning included, if relmse falls as 1 / samples. "
+        f"<em>{numbers.LEARNING.capitalize()}</em>: learning time / seconds; below it, training + inference, "
+        "where inference writes the table of directions for the tracer."
     )
     return f"{method_table(results, Table(numbers.HEADS, {'': numbers.errors(results, scene)}))}<p class=note>{about}</p>"
 
@@ -135,7 +135,7 @@ def _errors(results: Results, scene: str) -> str:
 
 
 def _settings(results: Results) -> str:
-    """Settings of each method: first those in which any method differs, then, folded, what all have in common."""
+    """Settings of each method: first the settings that differ between methods; then, folded, the settings that all have in common."""
     first = {run.method: _flat(run.settings) for run in reversed(results.runs)}
     methods = [m for m in results.methods if m in first]
     names = list(dict.fromkeys(name for m in methods for name in first[m] if name != "seed"))
@@ -147,7 +147,7 @@ def _settings(results: Results) -> str:
 
 
 def _origin(results: Results) -> str:
-    """Machine and versions; all that occur, should runs differ."""
+    """Machine and versions. If runs differ, all values are listed."""
     found: dict[str, set[str]] = {}
     for run in results.runs:
         for name, value in _flat(run.machine | run.versions).items():

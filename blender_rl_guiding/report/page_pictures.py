@@ -18,14 +18,14 @@ DISC = 420  # pixels along each side
 
 
 def errors(results: Results, scene: str) -> str:
-    """Charts of the errors; empty where no run recorded them."""
+    """Charts of the errors; empty if no run recorded errors."""
     note = "Means over the seeds, against the reference, while the image renders: at equal samples, and at equal time."
     return _charts("Error", note, results, curves.error_plots(results, scene))
 
 
 def losses(results: Results, scene: str) -> str:
-    """Charts of the losses of guides that learn; empty where nothing learnt."""
-    note = "Means over the seeds and over a few steps each. Losses of different kinds are apart, for they cannot be compared."
+    """Charts of the losses of guides that learn; empty if no guide learnt."""
+    note = "Means over the seeds and over a few steps each. Losses of different kinds cannot be compared: they have separate charts."
     return _charts("Loss", note, results, curves.loss_plots(results, scene))
 
 
@@ -38,7 +38,7 @@ def _charts(title: str, note: str, results: Results, plots: Sequence[Plot]) -> s
 
 
 def images(results: Results, scene: str) -> str:
-    """Images, error maps and the viewer; empty where there is no reference."""
+    """Images, error maps and the viewer; empty if there is no reference."""
     found = results.pictures.get(scene)
     if not found:
         return ""
@@ -50,7 +50,7 @@ def images(results: Results, scene: str) -> str:
     about = f"{reference.shape[1]} × {reference.shape[0]} pixels, sRGB, white at radiance 1; the first seed of each method."
     scale = _scale(
         f"<div><span>0</span><span>{top:g} and more</span></div>",
-        "|I − R| / (R + 0.01), mean over the channels: 1 is off by the reference's own value. One scale for all methods.",
+        "|I − R| / (R + 0.01), mean over the channels: 1 is an error as large as the reference. All methods have the same scale.",
     )
     parts = [
         f"<h3>Images</h3><div class=row>{''.join(photos)}</div><p class=note>{about}</p>",
@@ -93,7 +93,7 @@ def _viewer(shown: dict[str, np.ndarray], top: float) -> str:
 
 
 def learnt(results: Results, scene: str) -> str:
-    """The radiance that arrives at a point, and each method's Q of it, as discs; empty where there is nothing to show."""
+    """The radiance that arrives at a point, and each method's Q of it, as discs; empty if there is nothing to show."""
     known = results.learnt(scene)
     if known is None:
         return ""
@@ -113,19 +113,19 @@ def _disc(values: np.ndarray, axis: Axis, name: str, about: str) -> str:
 
 
 def _place(truth: Truth) -> str:
-    """Where this is and how to read it."""
+    """The note below the discs: the place of the point, and an explanation."""
     place, (x, y) = ", ".join(f"{component:.2f}" for component in truth.position), truth.pixel
     return (
         f"The light that arrives at the point ({place}) that pixel ({x}, {y}) sees, counted from the top left. The hemisphere above the "
-        "surface is seen from outside: the normal in the middle, the horizon at the rim, equal areas for equal solid angles; right is "
+        "surface is seen from outside: the normal is in the middle, the horizon is the rim, equal areas are equal solid angles; right is "
         f"{discs.direction(truth.right)} of the world, up {discs.direction(truth.up)}. The truth is path traced, {truth.spp} samples a "
         "direction. Beside it Q, by the first seed of each method that learns, in its own patches; below it mean |Q − truth| / mean truth "
-        "over these patches. With next-event estimation (NEE) Q holds only what that leaves, and is not held against the truth."
+        "over these patches. With next-event estimation (NEE) Q has only the light that is not sampled directly, so it has no error here."
     )
 
 
 def _lost(results: Results, scene: str, there: Sequence[str]) -> str:
-    """The methods that learn and have no picture."""
+    """A sentence with the methods that learn but have no picture."""
     first = [summary.runs[0] for summary in results.summaries(scene)]
     lost = [run.method for run in first if run.learns and run.method not in there]
     return f" No picture of {escape(listed(lost))}: nothing was learnt of that place, or it was run with another pixel." if lost else ""

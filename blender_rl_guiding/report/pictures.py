@@ -1,4 +1,4 @@
-"""Pixels as a page of text holds them: data URIs, and planes for the page's own viewer. Colours of methods and of error maps."""
+"""Pixels as text in a page: data URIs, and planes for the page's own viewer. Colours of methods and of error maps."""
 
 import base64
 import zlib
@@ -10,10 +10,10 @@ import numpy as np
 from ..images import png, to_display
 from .charts import round_step
 
-# Methods on light and dark paper; the first is the baseline's, grey.
+# Colours of methods on light and on dark pages. The first is grey, for the baseline.
 LIGHT = ("#7a808a", "#2b6cb0", "#d9730d", "#1a7f4b", "#a13ea8", "#b7312c", "#0e8fa8", "#8a7a00", "#d6568f", "#7b4a2b")
 DARK = ("#969ca5", "#79b4ee", "#f0a35a", "#5fc98f", "#d793dd", "#f08a84", "#5cc8dc", "#d2c15a", "#f49ac0", "#c9a07c")
-# Black to yellow through purple, even in lightness, readable with any colour vision: 256 sRGB codes.
+# 256 sRGB codes from black over purple to yellow, with evenly increasing lightness, readable with any colour vision.
 COLOURS = (matplotlib.colormaps["inferno"](np.arange(256))[:, :3] * 255.0 + 0.5).astype(np.uint8)
 
 
@@ -33,7 +33,7 @@ def heat_map(errors: np.ndarray, top: float) -> np.ndarray:
 
 
 def scale(maps: Iterable[np.ndarray]) -> float:
-    """The top of a scale for all maps, 1, 2 or 5 times a power of ten: 95 % of the pixels of the worst map lie below."""
+    """The top of a common scale for all maps, 1, 2 or 5 times a power of ten. At least 95 % of the pixels of each map lie below it."""
     high = max((float(np.percentile(m, 95)) for m in maps), default=0.0)
     if high <= 0.0:
         return 1.0

@@ -5,16 +5,16 @@ from .numbers import margin
 from .results import Results, Summary, ratio_of
 
 SPP = 32
-PRECISION = 0.02  # of the ratios: they were measured from the images inside the slides, which are JPEG
+PRECISION = 0.02  # of the ratios: we measured them from the JPEG images in the slides
 
-# mape_display as the slides' final table prints it.
+# mape_display from the slides' final table.
 ERRORS = {
     "c1": {"uniform": 0.41189, "slides_c_dqn": 0.32089, "slides_c_rbf": 0.31474, "slides_c_bspline": 0.30777},
     "c2": {"uniform": 0.12705, "slides_c_dqn": 0.10882, "slides_c_rbf": 0.10823, "slides_c_bspline": 0.10827},
     "c3": {"uniform": 0.41874, "slides_c_dqn": 0.38466, "slides_c_rbf": 0.37741, "slides_c_bspline": 0.37414},
 }
 
-# mape_display over that of `uniform`, +- PRECISION.
+# mape_display / mape_display of `uniform`, +- PRECISION.
 RATIOS = {
     "a1": {"slides_a_dqn": 0.658, "slides_a_pos": 0.646},
     "a2": {"slides_a_dqn": 0.776, "slides_a_pos": 0.788},
@@ -26,12 +26,12 @@ RATIOS = {
     "c2": {"slides_c_dqn": 0.856, "slides_c_rbf": 0.850, "slides_c_bspline": 0.853},
     "c3": {"slides_c_dqn": 0.925, "slides_c_rbf": 0.911, "slides_c_bspline": 0.904},
 }
-EXPERIMENTS = ("slides-a", "slides-b", "slides-c")  # of the catalogue, which have these scenes and methods
+EXPERIMENTS = ("slides-a", "slides-b", "slides-c")  # experiments of the catalogue with these scenes and methods
 HEADS = ("", "published", "ours", "reached?")
 
 
 def rows(results: Results, scene: str) -> list[Row]:
-    """Each of our methods beside the published one, under `HEADS`; empty where nothing is published, or our baseline is missing."""
+    """Each of our methods beside the published method, under `HEADS`. Empty if nothing is published, or if our baseline is missing."""
     base = results.base(scene)
     if results.name not in EXPERIMENTS or scene not in RATIOS or base is None:
         return []

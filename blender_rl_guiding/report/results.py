@@ -24,11 +24,11 @@ _T = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.
 
 @dataclass(frozen=True)
 class Truth:
-    """probe.json: the light that arrives at the point that a pixel sees."""
+    """probe.json: the light that arrives at the surface point behind a pixel."""
 
     pixel: tuple[int, int]  # column and row, from the top left
     position: _Vector  # world space
-    right: _Vector  # unit, world space: to the right in a picture of the hemisphere
+    right: _Vector  # unit vector in world space that points right in a picture of the hemisphere
     up: _Vector
     patches: tuple[Patches, Patches]  # rows and columns
     radiance: tuple[Error, ...]  # mean through each patch of the hemisphere, row 0 at the horizon
@@ -42,14 +42,14 @@ class Truth:
 
 @dataclass(frozen=True, kw_only=True)
 class Run(Record):
-    """One finished render: its result.json, and where it lies."""
+    """One finished render: its result.json and its folder."""
 
     folder: Path
-    metrics: dict[str, float]  # a report is of runs that were judged
+    metrics: dict[str, float]  # reports contain only runs with errors
 
     @property
     def learns(self) -> bool:
-        """Whether its guide is one that learns."""
+        """Whether its guide learns."""
         return self.settings.get("guide", {}).get("kind") in LEARNING_GUIDES
 
     @property
@@ -59,12 +59,12 @@ class Run(Record):
 
     @property
     def train_seconds(self) -> float:
-        """The part of `learn_seconds` that went into training; 0 where the guide does not tell it apart."""
+        """The training time within `learn_seconds`; 0 if the guide does not measure it."""
         return sum(entry.get("train_seconds", 0.0) for entry in self.curve)
 
     @property
     def infer_seconds(self) -> float:
-        """The part of `learn_seconds` that went into laying out directions; 0 where the guide does not tell it apart."""
+        """The time within `learn_seconds` for the table of directions; 0 if the guide does not measure it."""
         return sum(entry.get("infer_seconds", 0.0) for entry in self.curve)
 
     @property
@@ -85,7 +85,7 @@ class Pictures(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """A mean over seeds and half its 95 % interval, which a single seed does not have."""
+    """A mean over seeds and half its 95 % interval; a single seed has no interval."""
 
     mean: float
     margin: float | None
@@ -109,7 +109,7 @@ class Summary:
         return estimate([run.seconds for run in self.runs])
 
     def share(self, part: str) -> float:
-        """Share of the time that went into a part of learning, 0..1: "learn_seconds", "train_seconds" or "infer_seconds"."""
+        """Share of the time, 0..1, for all of learning or a part of it: "learn_seconds", "train_seconds" or "infer_seconds"."""
         return sum(getattr(run, part) for run in self.runs) / sum(run.seconds for run in self.runs)
 
     @property
@@ -123,16 +123,16 @@ class Results:
     """All that an experiment's folder holds."""
 
     folder: Path
-    name: str  # in the catalogue; empty for one that is not from there
+    name: str  # its name in the catalogue; empty if it is not in the catalogue
     scenes: tuple[str, ...]
     methods: tuple[str, ...]
     baseline: str
     command: str
     reference: str  # of the errors, described for people
     runs: tuple[Run, ...]
-    missing: tuple[str, ...]  # runs of the plan that are not there, as "scene/method/seed-n"
+    missing: tuple[str, ...]  # runs of the plan without results, as "scene/method/seed-n"
     truths: dict[str, Truth]  # by scene, where there is one
-    damaged: tuple[str, ...] = ()  # files that cannot be used, a line for each
+    damaged: tuple[str, ...] = ()  # a line for each file that cannot be used
     pictures: dict[str, Pictures] = field(default_factory=dict)  # by scene, where there is a reference
 
     @property
@@ -150,7 +150,7 @@ class Results:
         return [Summary(method, runs) for method, runs in found if runs]
 
     def learnt(self, scene: str) -> tuple[Truth, list[tuple[Run, np.ndarray]]] | None:
-        """The truth, and each method's first run with its Q, if that is of the same pixel. None without truth, or if no method learns."""
+        """The truth, and each method's first run if its Q belongs to the same pixel. None if there is no truth, or no method learns."""
         truth, first = self.truths.get(scene), [summary.runs[0] for summary in self.summaries(scene)]
         if truth is None or not any(run.learns for run in first):
             return None
@@ -158,14 +158,14 @@ class Results:
 
 
 def estimate(values: Sequence[float]) -> Estimate:
-    """Mean of at least one value; with two or more, Student's t gives the margin."""
+    """Mean of at least one value. With two or more values, Student's t gives the margin."""
     if len(values) < 2:
         return Estimate(values[0], None)
     return Estimate(statistics.fmean(values), _student(len(values) - 1) * statistics.stdev(values) / math.sqrt(len(values)))
 
 
 def _student(freedom: int) -> float:
-    """97.5 % quantile of Student's t: from the table, or by its series in 1 / freedom (Abramowitz and Stegun 26.7.5)."""
+    """97.5 % quantile of Student's t: from the table, or from its series in 1 / freedom (Abramowitz and Stegun 26.7.5)."""
     if freedom <= len(_T):
         return _T[freedom - 1]
     z, n = 1.959964, freedom
@@ -175,14 +175,14 @@ def _student(freedom: int) -> float:
 
 
 def ratio(ours: float, theirs: float) -> float:
-    """Our error over theirs; equal errors, two zeros among them, are 1."""
+    """Our error / their error. For equal errors it is 1, also if both are 0."""
     if ours == theirs:
         return 1.0
     return ours / theirs if theirs else math.inf
 
 
 def ratio_of(ours: Estimate, theirs: Estimate) -> Estimate:
-    """Our mean over theirs; the margin as if both errors were independent, to first order."""
+    """Our mean / their mean. The margin is a first-order estimate for independent errors."""
     mean = ratio(ours.mean, theirs.mean)
     if ours.margin is None or theirs.margin is None or not (ours.mean and theirs.mean):
         return Estimate(mean, None)
@@ -190,6 +190,6 @@ def ratio_of(ours: Estimate, theirs: Estimate) -> Estimate:
 
 
 def geometric_mean(values: Iterable[float]) -> float:
-    """The mean of ratios: that of 2 and 1/2 is 1."""
+    """The geometric mean of ratios: the mean of 2 and 1/2 is 1."""
     values = list(values)
     return 0.0 if 0.0 in values else statistics.geometric_mean(values)

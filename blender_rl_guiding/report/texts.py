@@ -14,7 +14,7 @@ _LATEX |= {character: f"\\{character}" for character in "&%$#_{}"}
 
 
 def latex(table: Table) -> str:
-    """A table of booktabs; what is marked as the best is bold."""
+    """A booktabs table. The best value is bold."""
     rows = [[in_latex(row.name), *map(_latex_cell, row.cells)] for rows in table.groups.values() for row in rows]
     heads, *body = (" & ".join(row) + r" \\" for row in [[*map(in_latex, table.heads)], *rows])
     lines = [
@@ -36,12 +36,12 @@ def _latex_cell(cell: Cell) -> str:
 
 
 def in_latex(text: str) -> str:
-    """Text as LaTeX sets it as it stands."""
+    """Text with escapes, so that LaTeX prints it literally."""
     return "".join(_LATEX.get(character, character) for character in text)
 
 
 def comma_separated(table: Table) -> str:
-    """CSV with a row's group, the scene, in the first column."""
+    """CSV. The first column has the row's group, which is the scene."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["scene", *table.heads])
@@ -51,12 +51,12 @@ def comma_separated(table: Table) -> str:
 
 
 def _no_formula(name: str) -> str:
-    """A name behind an apostrophe, where a spreadsheet would compute it."""
+    """A name; it gets an apostrophe in front if a spreadsheet would treat it as a formula."""
     return f"'{name}" if name.startswith(("=", "+", "-", "@", "\t", "\r")) else name
 
 
 def terminal(table: Table, about: str) -> TerminalTable:
-    """A table in colours. Heads break at their words, so that columns are narrow; `about` stands below."""
+    """A table in colours. Heads wrap between words, so that columns are narrow. `about` is printed below."""
     heads = [escape(head).replace(" ", "\n").replace("_", "_\n").replace("/", "\n/") for head in table.heads]
     out = TerminalTable(*heads, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, caption=escape(about), caption_justify="left")
     out.columns[0].no_wrap = True

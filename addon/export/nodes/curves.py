@@ -35,7 +35,7 @@ def _float_curve(at: At, _output: str) -> Value:
 
 
 def _table(at: At) -> tuple[int, tuple[float, float]]:
-    """Number and ends of the table of a node's curves."""
+    """The number of the table of a node's curves, and the two ends of its range."""
     mapping = at.node.mapping
     mapping.update()
     low, high = _ends(mapping.curves)
@@ -54,7 +54,7 @@ def _columns(columns: list[list[float]]) -> np.ndarray:
 
 
 def _looked_up(at: At, op: str, factor: Value, value: Value, table: int, ends: tuple[float, float]) -> Value:
-    """A table over 0..1, looked up at values between other ends: they are mapped to 0..1 first, and blended afterwards."""
+    """The look-up of values in a table over 0..1: values between the ends are first mapped to 0..1. The result is blended afterwards."""
     low, high = ends
     options = (table, int(at.node.mapping.extend == "EXTRAPOLATED"))
     if ends == (0.0, 1.0):

@@ -25,7 +25,7 @@ def _unsupported(at: At, output: str) -> None:
 
 
 def uv(at: At, name: str = "") -> Value:
-    """Coordinates of a UV map; 0 in the world, which has none."""
+    """Coordinates of a UV map; 0 in the world, because it has no UV map."""
     return (0.0, 0.0, 0.0) if at.network.world else at.attribute("UV", name)
 
 
@@ -54,7 +54,7 @@ def _texture_coordinate(at: At, output: str) -> Value | None:
 
 
 def _object_normal(at: At) -> Value:
-    """The normal in the object's space, on the side of the ray."""
+    """The normal in the object's space, turned towards the ray."""
     side = at.add("math", at.add("backfacing"), -2.0, 1.0, mode="MULTIPLY_ADD", options=(0,))
     facing = at.add("vector_math", at.attribute("OBJECT_NORMAL"), 0.0, 0.0, side, mode="SCALE")
     return at.add("vector_math", facing, 0.0, 0.0, 0.0, mode="NORMALIZE")

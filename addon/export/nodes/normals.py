@@ -14,14 +14,14 @@ def _normal_map(at: At, _output: str) -> Value:
     if node.space == "TANGENT":
         kinds = (("TANGENT", node.uv_map), ("TANGENT_SIGN", node.uv_map), ("OBJECT_NORMAL", ""))
         direction = at.add("tangent_space", direction, strength, options=tuple(resources.corner_attribute(*kind) for kind in kinds))
-        strength = 1.0  # applied already, to the slopes in tangent space
+        strength = 1.0  # the strength is already applied to the slopes in tangent space
     if not node.space.endswith("WORLD"):
         direction = at.add("transform", direction, options=resources.normal_axes())
     return at.add("bend", direction, strength)
 
 
 def _signs(node: bpy.types.ShaderNodeNormalMap) -> Color:
-    """-1 for axes that the map has mirrored."""
+    """The sign of each axis: -1 if the map mirrors it."""
     if node.space.startswith("BLENDER_"):
         return 1.0, -1.0, -1.0
     mirrored = node.space == "TANGENT" and getattr(node, "convention", "OPENGL") == "DIRECTX"

@@ -11,9 +11,9 @@ from blender_rl_guiding.scene.description import Value
 from ..network import At, Reader, triple
 
 _COLDEST, _HOTTEST = 800.0, 12000.0  # kelvin; beyond them the colour stays the same
-# Cycles approximates the colours by pieces that begin at these kelvin. With x = T / 1000 K, rows are c, a, b of c + a / x + b x for red
-# and for green, and the coefficients of a polynomial of x for blue.
-# Fitted to renders of Cycles 5.2 at 16384 temperatures: off by at most 1e-6, except within a kelvin of where a colour reaches zero.
+# Cycles approximates the colours piecewise; the pieces begin at these temperatures in kelvin. With x = T / 1000 K, a row has c, a, b of c +
+# a / x + b x for red and for green, and the coefficients of a polynomial in x for blue. Fitted to renders of Cycles 5.2 at 16384
+# temperatures. The error is at most 1e-6, except within one kelvin around a colour's zero.
 _STARTS = (800, 965, 1167, 1449, 1902, 3315, 6365)
 _RED = (
     (5.03075277, 1.6194501, -2.0504325),
@@ -45,7 +45,7 @@ def _blackbody(at: At, _output: str) -> Value:
     temperature = at.value("Temperature")
     if isinstance(temperature, float):
         return triple(_colors(np.array([temperature]).clip(_COLDEST, _HOTTEST))[0])
-    # Equal steps of the logarithm: a quarter of the table is for the coldest 750 K, where colours change the most.
+    # Equal steps of log T: a quarter of the table covers the coldest 750 K, where the colours change most.
     logarithm = at.add("math", temperature, math.e, 0.0, mode="LOGARITHM", options=(0,))
     coldest, hottest = math.log(_COLDEST), math.log(_HOTTEST)
     place = at.add("map_range", logarithm, coldest, hottest, 0.0, 1.0, mode="LINEAR", options=(0,))

@@ -40,7 +40,7 @@ def _image(at: At, output: str) -> Value:
 
 
 def _wants_alpha(node: bpy.types.ShaderNodeTexImage) -> bool:
-    """Whether the Alpha socket is linked here or at an equal node: Cycles merges the two."""
+    """Whether the Alpha socket of this node or of an equal node is linked, because Cycles merges equal nodes."""
     twins = (n for n in node.id_data.nodes if n.bl_idname == node.bl_idname and _settings(n) == _settings(node))
     return any(twin.outputs["Alpha"].is_linked for twin in twins)
 
