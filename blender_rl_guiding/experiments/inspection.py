@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..render.beforehand import forewarn
 from ..report import discs
 from ..report.discs import Disc, Group, figure
 from ..scene.data import SceneData
+from ..settings import Guide as AnyGuide
 from ..settings import Machine, Render
 from . import probe, truth
 from .produce import produce
@@ -29,7 +31,8 @@ _SIDE = 1.9  # inches
 def check(guide: GuideSettings) -> None:
     """InputError on a guide that has nothing to show."""
     if not guide.learns:
-        raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose qtable, dqn or a preset of theirs")
+        learners = ", ".join(kind.kind for kind in get_args(AnyGuide) if kind.learns)
+        raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose {learners} or a preset of theirs")
 
 
 def find(scene: SceneData, asked: Sequence[int] | None, machine: Machine) -> probe.Point:

@@ -1,11 +1,12 @@
-"""Guide `vmf`: for each cell of position and normal a few von Mises-Fisher lobes in world space, learnt by step-wise EM as paths arrive.
+"""Guide `vmf`: for each cell of position and normal, von Mises-Fisher lobes in world space that step-wise EM fits to L cos(theta).
 
-It draws for diffuse and rough glossy reflection. The density on the side of the normal n is
+It draws for diffuse and for rough glossy reflection. On the side of the normal n, with wi' the mirror image of wi below the surface,
 
-    p(wi) = c cos(theta) / pi + (1 - c) sum_k w_k (vmf_k(wi) + vmf_k(wi mirrored at the surface)),
+    p_guide(wi) = c cos(theta) / pi + (1 - c) sum_k w_k (vmf_k(wi) + vmf_k(wi')).
 
-so that no lobe loses what it has below the surface, and no direction is ruled out. A transition counts L cos(theta) / pdf, where L is
-estimated as for `qtable`, and the pdf is that of diffuse reflection: transitions do not tell the pdf of other lobes.
+So no lobe loses the part of it that lies below the surface, and no direction is ruled out.
+A transition counts L cos(theta) / pdf. L is estimated as for `qtable`. The pdf is that of a diffuse surface, because transitions do not
+tell the pdf of other lobes. After Ruppert et al. 2020, with a fixed number of lobes on a grid, without parallax or a product with the BSDF.
 """
 
 import math
@@ -31,7 +32,7 @@ from .saved import Arrays, Saved, below
 WIDEST, NARROWEST = 0.5, 2000.0  # kappa
 FIRST = 4.0  # kappa of lobes that know nothing
 PATCHES = 15, 24  # that `learnt` shows
-LARGEST = 1e30
+LARGEST, TINY = 1e30, 1e-30
 
 
 class Lobes(NamedTuple):
@@ -118,7 +119,7 @@ class VMFGuide(Guide):
         """Nothing is random: the seed has no effect."""
         self._settings = settings
         self.cells = CellTable(scene.bounds[0], cell_size(scene, settings.cells))
-        # Of each cell: sums of visits and of what they count, (C, 2); of each lobe's share of that, alone and times direction, (C, K, 4).
+        # Sums over the transitions of each cell: 1 and what they count, (C, 2); each lobe's share of that, alone and times wi, (C, K, 4).
         self._visits, self._sums = np.zeros((0, 2)), np.zeros((0, settings.lobes, 4))
         self._directions = self._laid_out()
 
@@ -134,13 +135,14 @@ class VMFGuide(Guide):
         return self._settings.recorded
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
-        """One step of EM: lay out lobes by what the pass has seen, and forget a share of what was seen before it."""
+        """A step of EM: forget a share of what was seen, share out the transitions among the lobes, and fit the lobes anew."""
         t, sampled = transitions, self._directions
         rows, next_rows = self.cells.insert(t.position, t.normal), self.cells.rows(t.next_position, t.next_normal)
         more = self.cells.count - len(self._visits)
         keep = 1 - self._settings.forget
-        self._visits, self._sums = np.pad(keep * self._visits, ((0, more), (0, 0))), np.pad(keep * self._sums, ((0, more), (0, 0), (0, 0)))
-        irradiance = self._irradiance()
+        self._visits = np.pad(keep * self._visits, ((0, more), (0, 0)))
+        self._sums = np.pad(keep * self._sums, ((0, more), (0, 0), (0, 0)))
+        irradiance = self._irradiance().astype(np.float32)
         error = expectation(self._laid_out(), sampled, rows, next_rows, t, irradiance, self._visits, self._sums)
         self._directions = self._laid_out()
         return {"loss": error / max(1, len(rows)), "cells": self.cells.count}
@@ -149,12 +151,13 @@ class VMFGuide(Guide):
         return self.cells.rows(position, normal)
 
     def learnt(self, position: np.ndarray, normal: np.ndarray) -> Learnt | None:
+        """L = E sum_k w_k vmf_k / cos(theta), with E the irradiance. Too much at the horizon, where lobes do not vanish."""
         row = int(self.states(position[None], normal[None])[0])
         if row == UNKNOWN or row >= self._directions.known:
             return None
         radiance, chances = np.empty(PATCHES, np.float32), np.empty(PATCHES, np.float32)
         over_patches(self._directions, row, normal, radiance, chances)
-        return Learnt(radiance * self._irradiance()[row], chances / chances.sum())
+        return Learnt(radiance * np.float32(self._irradiance()[row]), chances / chances.sum())
 
     def state(self) -> Arrays:
         return {"visits": self._visits, "sums": self._sums} | below("cells", self.cells.state())
@@ -167,31 +170,25 @@ class VMFGuide(Guide):
         self._directions = self._laid_out()
 
     def _irradiance(self) -> np.ndarray:
-        """The mean of what a visit counts, of each cell, (C,) float32."""
-        return (self._visits[:, 1] / np.maximum(self._visits[:, 0], 1e-30)).astype(np.float32)
+        """The mean of what a visit counts, of each cell, (C,) float64."""
+        return self._visits[:, 1] / np.maximum(self._visits[:, 0], TINY)
 
     def _laid_out(self) -> Lobes:
-        """Lobes by the sums, in units of the cell's mean; each had `prior` visits before that its first axis explains."""
+        """Lobes by the sums, in units of the cell's mean, and by `prior` visits that bear out the first lobes."""
         s = self._settings
-        first = first_axes(self._normals(), s.lobes)
-        mean = self._visits[:, 1] / np.maximum(self._visits[:, 0], 1e-30)
-        seen = np.nan_to_num(self._sums / np.maximum(mean, 1e-30)[:, None, None], nan=0.0, posinf=LARGEST, neginf=-LARGEST)
+        first = first_axes(self.cells.states()[1].astype(np.float64), s.lobes)
+        seen = self._sums / np.maximum(self._irradiance(), TINY)[:, None, None]
+        seen = np.nan_to_num(seen, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
         share = s.prior / s.lobes
         weight = seen[..., 0] + share
         towards = seen[..., 1:] + share * _mean_cosine(FIRST) * first
         length = np.sqrt((towards * towards).sum(axis=2))
         r = np.minimum(length / weight, 1 - 1e-6)
         kappas = (r * (3 - r * r) / (1 - r * r)).clip(WIDEST, NARROWEST)  # Banerjee et al. 2005
-        axes = np.where(length[..., None] > 0, towards / np.maximum(length, 1e-30)[..., None], first)
+        axes = np.where(length[..., None] > 0, towards / np.maximum(length, TINY)[..., None], first)
         weights = weight / weight.sum(axis=1, keepdims=True)
         tables = weights.astype(np.float32), axes.astype(np.float32), kappas.astype(np.float32)
-        return Lobes(F(s.bsdf_fraction), F(s.cosine), len(mean), self.cells.cells, *tables)
-
-    def _normals(self) -> np.ndarray:
-        return self.cells.states()[1].astype(np.float64)
-
-
-GUIDE = VMFGuide
+        return Lobes(F(s.bsdf_fraction), F(s.cosine), len(weights), self.cells.cells, *tables)
 
 
 def _mean_cosine(kappa: float) -> float:
@@ -214,9 +211,10 @@ def first_axes(normals: np.ndarray, count: int) -> np.ndarray:
 
 @kernel
 def expectation(lobes, sampled, rows, next_rows, transitions, irradiance, visits, sums):
-    """Add transitions to the sums in their order, each shared out to the lobes that may have drawn it; returns the mean squared error.
+    """Add transitions to the sums in their order, each shared out among the lobes of its cell; returns the sum of squared errors.
 
-    lobes: those that share out. sampled: those by which the pass was drawn. irradiance: (C,), of each cell before the pass.
+    lobes: today's, of all cells. sampled: those by which the pass was drawn. rows, next_rows: (n,) int32, the cells of both ends.
+    irradiance: (C,) float32, of each cell before the pass. visits, sums: as of `VMFGuide`, changed in place.
     """
     lobes, sampled, transitions = ref(lobes), ref(sampled), ref(transitions)
     total = 0.0
@@ -269,3 +267,6 @@ def over_patches(lobes, row, normal, radiance, chances):
             wi = to_world(t, b, n, local)
             radiance[i, j] = lobes_pdf(lobes, row, n, wi) / local[2]
             chances[i, j] = _pdf(lobes, row, n, wi, wi)
+
+
+GUIDE = VMFGuide

@@ -114,7 +114,7 @@ def test_menus_show_labels(scene: bpy.types.Scene):
         if name in group.bl_rna.properties
     }
     assert shown == {
-        "guide": ["Uniform", "Material (BSDF)", "Q-Table", "Deep Q-Network"],
+        "guide": ["Uniform", "Material (BSDF)", "Q-Table", "Deep Q-Network", "Lobes (vMF)"],
         "encoder": ["No Encoding", "Frequency Encoding", "Radial Basis Functions", "B-Splines"],
         "activation": ["ReLU", "SiLU", "Tanh"],
         "loss": ["DQN", "C-DQN"],

@@ -2,7 +2,7 @@
 
 import hashlib
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
@@ -11,10 +11,10 @@ from blender_rl_guiding.experiments.runs import finished_run
 from blender_rl_guiding.report import result_file
 from blender_rl_guiding.report.result_file import Record
 from blender_rl_guiding.schema import to_dict
-from blender_rl_guiding.settings import PRESETS, Render, method
+from blender_rl_guiding.settings import PRESETS, Guide, Render, method
 from tests import scenes
 
-NAMES = ["uniform", "bsdf", "qtable", "dqn", *PRESETS]
+NAMES = [*(guide.kind for guide in get_args(Guide)), *PRESETS]
 SCENE = scenes.white_cube(4)
 
 
