@@ -76,7 +76,7 @@ def _pdf(directions, cell, n, wo, wi):
     return directions.cosine * cosine * INV_PI + (F(1) - directions.cosine) * lobes_pdf(directions, cell, n, wi)
 
 
-declare(Lobes, float(DIFFUSE_REFLECTION + ROUGH_REFLECTION), _find, _sample, _pdf)
+declare(Lobes, DIFFUSE_REFLECTION + ROUGH_REFLECTION, _find, _sample, _pdf)
 
 
 @part
