@@ -227,4 +227,22 @@ class DQN(GuideSettings, label="Deep Q-Network"):
         return weights_of(self.widths()) + self.encoder.trained()
 
 
-Guide = Uniform | BSDF | QTable | DQN
+@dataclass(frozen=True)
+class VMF(GuideSettings, label="Lobes (vMF)"):
+    """A few von Mises-Fisher lobes for each cell learn by EM where light comes from, for rough glossy reflection, too."""
+
+    lobes: int = setting(8, "Lobes of each cell, in world space.", min=1, max=64, soft=(1, 16), panel="Directions")
+    bsdf_fraction: float = setting(
+        0.3, "Share of directions drawn by the material itself.", min=0.0, max=1.0, unit="share", label="BSDF Fraction"
+    )
+    cosine: float = setting(0.1, "Share of the guide's directions drawn by the cosine.", min=0.01, max=0.99, unit="share")
+    cells: int = setting(16, "Cells along the scene's longest side.", min=1, max=1024, soft=(1, 128), panel="Cells")
+    prior: float = setting(8.0, "Visits that the lobes of a new cell count as.", min=1e-3, max=1e6, soft=(0.1, 100.0))
+    forget: float = setting(0.1, "Share of its memory that each pass forgets.", min=0.0, max=1.0, unit="share", panel="Learning")
+    recorded: int = setting(1_000_000, "Transitions to learn from of each sample per pixel, about.", min=1, max=10_000_000)
+
+    def least(self) -> Self:
+        return type(self)(lobes=1)
+
+
+Guide = Uniform | BSDF | QTable | DQN | VMF

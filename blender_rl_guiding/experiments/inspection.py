@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from ..render import Result
 from ..report import discs
 from ..report.discs import Disc, Group, figure
 from ..scene.data import SceneData
+from ..settings import Guide as AnyGuide
 from ..settings import Machine, Render
 from . import probe, truth
 from .produce import produce
@@ -28,7 +30,8 @@ _SIDE = 1.9  # inches
 def check(guide: GuideSettings) -> None:
     """InputError if the guide does not learn."""
     if not guide.learns:
-        raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose qtable, dqn or a preset of theirs")
+        learners = ", ".join(kind.kind for kind in get_args(AnyGuide) if kind.learns)
+        raise InputError(f"guide {guide.kind!r} does not learn, so there is nothing to inspect: choose {learners} or a preset of theirs")
 
 
 def inspect(task: Task, asked: Sequence[int] | None, machine: Machine, progress: Progress) -> list[Path]:
