@@ -1,4 +1,4 @@
-"""The areas of all windows."""
+"""Finds and redraws the areas of all windows."""
 
 from collections.abc import Iterable, Iterator
 
@@ -6,13 +6,13 @@ import bpy
 
 
 def areas(*types: str) -> Iterator[bpy.types.Area]:
-    """Those of these types."""
+    """All areas of these types."""
     for window in bpy.data.window_managers[0].windows:
         yield from (area for area in window.screen.areas if area.type in types)
 
 
 def redraw(*types: str) -> None:
-    """Have the areas of these types drawn anew."""
+    """Redraw the areas of these types."""
     for area in areas(*types):
         area.tag_redraw()
 

@@ -23,7 +23,7 @@ from .neutral import first_layer, neutral
 
 @read_names()
 def captured(scene: bpy.types.Scene) -> SceneData:
-    """The scene as a render would export it, by the first view layer that renders.
+    """The scene as a render would export it, with the first view layer that renders.
 
     A copy of the scene is rendered: the file and the last render stay as they are.
     InputError as in `export`, or with Blender's own reason not to render.
@@ -63,7 +63,7 @@ def write(scene: SceneData, bundle: Path, blend: Path, *, strict: bool) -> None:
 
 @contextmanager
 def exporting(scene: bpy.types.Scene) -> Iterator[Callable[[], SceneData]]:
-    """Yields a function that exports the scene at the frame of each call, by the first view layer that renders.
+    """Yields a function that exports the scene at the frame of its argument, with the first view layer that renders.
 
     The scene's settings become neutral. InputError if no view layer renders.
     """

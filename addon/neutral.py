@@ -90,5 +90,5 @@ def first_layer(scene: bpy.types.Scene) -> str:
 
 
 def panorama_of(camera: bpy.types.Camera) -> Any:
-    """The owner of a camera's panorama settings, which were Cycles' before Blender 5.0."""
+    """The owner of a camera's panorama settings. Before Blender 5.0 it was the camera's `cycles`."""
     return camera if hasattr(camera, "panorama_type") else camera.cycles

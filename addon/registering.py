@@ -5,7 +5,7 @@ from types import ModuleType
 
 import bpy
 
-Both = tuple[Callable[[], None], Callable[[], None]]  # `register` and `unregister`
+Both = tuple[Callable[[], None], Callable[[], None]]  # the functions `register` and `unregister`
 
 
 def registering(modules: Sequence[ModuleType]) -> Both:
@@ -23,7 +23,7 @@ def registering(modules: Sequence[ModuleType]) -> Both:
 
 
 def holding(owner: type, name: str, classes: Sequence[type], label: str) -> Both:
-    """`register` registers the classes, and has each `owner` hold a group of the last under that name; `unregister` undoes it."""
+    """`register` registers the classes, and adds a property of the last class to each `owner` under that name; `unregister` undoes this."""
     register_classes, unregister_classes = bpy.utils.register_classes_factory(classes)
 
     def register() -> None:

@@ -17,7 +17,7 @@ class Entry(NamedTuple):
 
 
 def _drawn(settings: Render) -> Render:
-    """The method with independent random numbers, as those of the slides were: errors can be compared with the published ones."""
+    """The method with independent random numbers, as in the slides, so that errors are comparable with the published errors."""
     return replace(settings, sampler="independent")
 
 

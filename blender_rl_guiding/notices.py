@@ -14,7 +14,7 @@ _TOLD: set[str] = set()
 
 
 def tell(line: str, again: bool = False) -> None:
-    """A line for the user, on stderr if nobody listens. A listener hears the same one only once, unless it may come `again`."""
+    """A line for the user, on stderr if there is no listener. A listener gets the same line only once, unless `again` is set."""
     if again or line not in _TOLD:
         _TOLD.add(line)
         for note in _LISTENERS:

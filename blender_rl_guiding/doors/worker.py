@@ -35,7 +35,7 @@ PAUSES = 10  # pause between two images / time to write an image, so that writin
 
 
 class Events:
-    """Tells the program that started the worker."""
+    """Sends events to the program that started the worker."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -54,7 +54,7 @@ class Events:
 
     @contextmanager
     def bar(self, description: str, total: float) -> Iterator[Callable[..., None]]:
-        """An `experiments.progress.Progress`: the work of the block, and the share of it that is done."""
+        """An `experiments.progress.Progress`: the running step of the block, and its finished share."""
         last = {"description": description, "total": total}
         self.send("status", text=printable(description), share=0.0)
 
@@ -207,7 +207,7 @@ def main() -> None:
 
 
 def _do(job: messages.Job, events: Events) -> None:
-    """Do a job, if it is any work; nobody else writes to its folder `out` meanwhile, if it has one."""
+    """Do a job, with a lock on its folder `out` if it has one. Some jobs need no work."""
     out = getattr(job, "out", None)
     with heard_by(events.note), writing(*[Path(out)] if out else []):
         if work := WORK.get(type(job)):

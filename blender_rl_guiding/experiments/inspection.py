@@ -35,7 +35,7 @@ def check(guide: GuideSettings) -> None:
 
 
 def inspect(task: Task, asked: Sequence[int] | None, machine: Machine, progress: Progress) -> list[Path]:
-    """Make a run, and the pictures of what its guide has learnt at a pixel; returns their paths.
+    """Make a run, and the pictures of its guide's Q at a pixel; returns their paths.
 
     InputError if the pixel lies outside of the image, or sees no surface that reflects, and as in `produce`.
     """

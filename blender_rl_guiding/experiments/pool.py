@@ -75,7 +75,7 @@ def threads_each(machine: Machine, jobs: int) -> int:
 
 
 class _Worker:
-    """A child that does one run after another, and our end of the pipe. Another takes the place of one that died."""
+    """A child process that does one run after another, and our end of its pipe. A new child replaces a child that died."""
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
@@ -122,7 +122,7 @@ def _workers(count: int, machine: Machine) -> Iterator[list[_Worker]]:
     workers: list[_Worker] = []
     try:
         for _ in range(count):
-            workers.append(_Worker(machine))  # noqa: PERF401  # those before one that cannot start have to end, too
+            workers.append(_Worker(machine))  # noqa: PERF401  # if one cannot start, the earlier ones must also end
         yield workers
     finally:
         for worker in workers:

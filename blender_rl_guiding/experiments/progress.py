@@ -17,7 +17,7 @@ Progress = Callable[[str, float], AbstractContextManager[Callable[..., None]]]
 
 @contextmanager
 def terminal() -> Iterator[Progress]:
-    """Bars with an estimate, and the lines of `notices`, on stderr: stdout holds results alone."""
+    """Bars with an estimate, and the lines of `notices`, on stderr, because stdout has only results."""
     console = Console(stderr=True, highlight=False)
     columns = (
         TextColumn("{task.description}", markup=False),
@@ -28,7 +28,7 @@ def terminal() -> Iterator[Progress]:
     )
 
     def note(text: str) -> None:
-        console.print(printable(text), markup=False, emoji=False, soft_wrap=True)  # one line, too, where it goes into a file
+        console.print(printable(text), markup=False, emoji=False, soft_wrap=True)  # exactly one line, also in a file
 
     @contextmanager
     def bar(description: str, total: float) -> Iterator[Callable[..., None]]:
@@ -43,6 +43,6 @@ def terminal() -> Iterator[Progress]:
         finally:
             bars.remove_task(task)
 
-    # Elsewhere than in a terminal rich would only add an empty line at the end.
+    # Outside of a terminal, rich would only add an empty line at the end.
     with heard_by(note), Bars(*columns, console=console, transient=True, disable=not console.is_interactive) as bars:
         yield bar

@@ -90,7 +90,7 @@ def _perform(due: Sequence[Task], machine: Machine, jobs: int, progress: Progres
 
 
 def _tasks(experiment: Experiment) -> Iterator[Task]:
-    """All runs, without judge and probe; a seed is done by all methods before the next, so that an early report is fair."""
+    """All runs, without reference and probe. All methods do one seed before the next seed begins, so that an early report is fair."""
     for scene in experiment.scenes:
         for seed in experiment.comparison.all_seeds():
             for name, method in experiment.comparison.compared().items():
@@ -136,7 +136,7 @@ def _is_kept(task: Task, record: Record, judge: Judge) -> bool:
 
 
 def _prepare(experiments: Sequence[Experiment], due: Sequence[Task], machine: Machine, jobs: int, progress: Progress) -> None:
-    """Tell what the runs that are due will take. Have all code compiled before anything is timed, and before processes start."""
+    """Check the memory need of the due runs (`forewarn`). Compile all code before anything is timed, and before child processes start."""
     for experiment in experiments:
         for scene in experiment.scenes:
             if own := [task for task in due if task.scene is scene]:
