@@ -7,8 +7,8 @@ from typing import Any, Literal
 from .schema import Choice, Named, Pixel, Settings, SettingsError, setting
 from .settings import MOST_METHODS, MOST_RUNS, Render
 
-UNNAMED = (-1, -1)  # pixel
-MOST_SAMPLES = 1_000_000  # samples of a method with a time limit instead of a number of samples
+UNNAMED = (-1, -1)  # the value of `probe` if no pixel is named
+MOST_SAMPLES = 1_000_000  # samples per pixel of a method that has a time limit instead of a number of samples
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Comparison(Settings):
             raise SettingsError("Cycles takes the scene's own path lengths: set Max Bounces of all methods to -1")
 
     def compared(self) -> dict[str, Render]:
-        """The settings of the methods by name, each with the budget."""
+        """The settings of the methods by name. Each has the budget of the comparison."""
         budgets: dict[str, dict[str, Any]] = {
             "SAMPLES": {"spp": self.spp, "seconds": 0.0},
             "SECONDS": {"spp": MOST_SAMPLES, "seconds": self.seconds},

@@ -48,7 +48,7 @@ def _spread(alpha2):
 
 @part
 def _setup(lobes, k, point, n, weight, gain, albedo, alpha, tangent):
-    """Write row k, all but the columns of its Fresnel curve."""
+    """Write row k, except the columns of its Fresnel curve."""
     write(lobes, k, GLOSSY, _spread(alpha[0] * alpha[1]), point, n, scale(weight, gain), albedo)
     lobes[k, ALPHA_X] = alpha[0]
     lobes[k, ALPHA_Y] = alpha[1]
@@ -99,7 +99,7 @@ def setup_metal(lobes, k, point, n, weight, f0, tint, alpha, tangent, multiscatt
 
 @part
 def reflectance(lobes, k, cosine):
-    """Share of light reflected by a microfacet, RGB."""
+    """The share of light that a microfacet reflects, RGB."""
     if lobes[k, FRESNEL] == _SCHLICK:
         return fresnel.towards_white(get(lobes, k, F0), fresnel.schlick_share(cosine, lobes[k, IOR]))
     if lobes[k, FRESNEL] == _METAL:
@@ -115,7 +115,7 @@ def mirrored(v, h):
 
 @part
 def _shape(lobes, k, wo, wi, h):
-    """(D(h), Lambda(wo), Lambda(wi)), for h half way between wo and wi, both on the upper side of the lobe's normal."""
+    """(D(h), Lambda(wo), Lambda(wi)). h is the half vector of wo and wi. wo and wi are on the upper side of the lobe's normal."""
     n, alpha_x, alpha_y = get(lobes, k, NORMAL), lobes[k, ALPHA_X], lobes[k, ALPHA_Y]
     if alpha_x == alpha_y:
         across, along, alpha2 = cross(n, h), dot(n, h), alpha_x * alpha_y

@@ -5,13 +5,14 @@ import numpy as np
 from ..kernels import part
 from ..kernels.sampling import F, dot, luminance, normalize
 
-LOBES, COLUMNS = 65, 32  # shape of the scratch array: Cycles' 64 lobes, and one more row, so that writing needs no test
+LOBES, COLUMNS = 65, 32  # shape of the scratch array: Cycles' 64 lobes, and a spare row, so that `write` needs no test for a full array
 CUTOFF = F(1e-5)  # lobes with a smaller albedo are left out
 
 # Kinds of lobes.
 DIFFUSE, OREN_NAYAR, SHEEN, TRANSLUCENT, GLOSSY, GLASS, REFRACTION = (F(k) for k in range(7))
 
-# Ways to spread light: SINGLE directions; APART: guides draw no directions; the last two: guides may. Sums of powers of 2 are sets.
+# Ways to spread light. SINGLE: only in single directions. APART: guides draw no directions. The last two: guides may draw directions.
+# APART and the last two are powers of 2, so a sum of them is a set.
 SINGLE, APART, DIFFUSE_REFLECTION, ROUGH_REFLECTION = F(0), F(1), F(2), F(4)
 
 # Columns of every lobe; a vector or a colour has three. np.int64, because Numba would compile again for each literal number.

@@ -1,8 +1,8 @@
-"""A surface as the tracer sees it: its emission, its transparency, and its lobes, which are evaluated and sampled here.
+"""A surface as the tracer sees it: emission, transparency and lobes. This module evaluates and samples the lobes.
 
 `lobes` is a scratch array of (LOBES, COLUMNS) float32. Lobes beyond LOBES - 1 are left out, as in Cycles. `ng` is the geometric normal
-on wo's side. `sample` reflects only to wo's side of both ng and the lobe's normal, and transmits only to the other side of both. For
-`evaluate` the lobe's normal alone decides, as in Cycles: else the triangles of smooth surfaces would show at the terminator.
+on wo's side. `sample` reflects only to wo's side of both ng and the lobe's normal, and transmits only to the other side of both. For f,
+`evaluate` tests only the lobe's normal, as in Cycles. With ng, the triangles of smooth surfaces would show at the terminator.
 """
 
 import numpy as np
@@ -78,7 +78,7 @@ def albedo(lobes, count):
 
 @part
 def evaluate(lobes, count, ng, wo, wi, reach):
-    """f |cos|, RGB, the density with which `pick` and `sample` choose wi, and the part of it that is of lobes within `reach`.
+    """(f |cos|, RGB; the density of wi by `pick` and `sample`; the part of this density from lobes within `reach`).
 
     Singular lobes are left out of all three.
     """
@@ -87,10 +87,10 @@ def evaluate(lobes, count, ng, wo, wi, reach):
 
 @part
 def evaluate_seen(lobes, count, ng, wo, wi, reach, seen_by):
-    """`evaluate` for a light that the kinds of rays `seen_by` see: f includes only lobes that make one of these kinds.
+    """`evaluate` for a light that only the kinds of rays `seen_by` see: f includes only lobes that make such rays.
 
-    The densities include what `sample` gives up because it crosses the triangle. So light sampling gets less MIS weight there, as in
-    Cycles: else lights that nearly touch a smooth surface, its own among them, would make fireflies.
+    The densities include directions that `sample` rejects because they cross the triangle. So light sampling gets a smaller MIS weight
+    there, as in Cycles. Otherwise a light that nearly touches a smooth surface, or is a part of this surface, would make fireflies.
     """
     return _evaluate_all(lobes, count, ng, wo, wi, reach, seen_by, True)
 
@@ -99,7 +99,7 @@ def evaluate_seen(lobes, count, ng, wo, wi, reach, seen_by):
 def _evaluate_all(lobes, count, ng, wo, wi, reach, seen_by, crossing):
     f, pdf, pdf_within = _BLACK, F(0), F(0)
     reflected = dot(ng, wi) > F(0)
-    if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0) and seen_by & _R_DIFFUSE:  # most surfaces, without the detours
+    if count == 1 and lobes[0, KIND] == DIFFUSE and lobes[0, BUMPED] == F(0) and seen_by & _R_DIFFUSE:  # fast path for most surfaces
         cosine = diffuse.pdf(lobes, 0, wi)
         pdf = cosine if reflected or crossing else F(0)
         return scale(get(lobes, 0, WEIGHT), cosine), pdf, pdf if is_within(lobes, 0, reach) else F(0)
@@ -160,7 +160,7 @@ def _softening(lobes, k, wi):
 
 @part
 def chance_within(lobes, count, reach):
-    """The probability that `pick` takes a lobe within `reach`, a sum of ways to spread light."""
+    """The probability that `pick` takes a lobe within `reach`. reach: a sum of ways to spread light."""
     total = F(0)
     for k in range(count):
         if is_within(lobes, k, reach):
@@ -176,13 +176,13 @@ def is_within(lobes, k, reach):
 
 @part
 def reflection(lobes, k, reach):
-    """The kind of ray that lobe k, within `reach`, reflects: a constant where glossy lobes are out of reach."""
+    """The kind of ray that lobe k reflects; the lobe must be within `reach`. If glossy lobes are out of reach, this is a constant."""
     return _R_GLOSSY if reach & np.int64(ROUGH_REFLECTION) and lobes[k, KIND] == GLOSSY else _R_DIFFUSE
 
 
 @part
 def spreads(lobes, count):
-    """Whether any lobe scatters into more than single directions: only then can light sampling find light."""
+    """Whether any lobe is not singular. Light sampling can find light only then."""
     k = 0
     while k < count and lobes[k, SPREAD] == SINGLE:
         k += 1
@@ -191,13 +191,13 @@ def spreads(lobes, count):
 
 @part
 def chance(lobes, k):
-    """The probability with which `pick` takes lobe k."""
+    """The probability that `pick` takes lobe k."""
     return lobes[k, PROBABILITY]
 
 
 @part
 def pick(lobes, count, u):
-    """A lobe by its probability, and u in [0, 1) rescaled to be uniform again. There has to be a lobe."""
+    """(k, rest): `pick` takes lobe k with its probability, and rescales u in [0, 1) to the uniform number rest. There must be a lobe."""
     k = 0
     while k < count - 1 and u >= lobes[k, PROBABILITY]:
         u -= lobes[k, PROBABILITY]
@@ -207,9 +207,9 @@ def pick(lobes, count, u):
 
 @part
 def sample(lobes, k, ng, wo, u, v, w):
-    """A direction wi from lobe k, by three uniform numbers, and its label: the kind of ray that it makes, and SINGULAR.
+    """(wi, label): a direction wi that lobe k draws with three uniform numbers. The label is the kind of ray, plus SINGULAR if it applies.
 
-    The label is 0 if the sample fails: wi is then of no use, and the path ends.
+    The label is 0 if the sample fails. Then wi has no meaning, and the path ends.
     """
     which = lobes[k, KIND]
     if which <= OREN_NAYAR:

@@ -23,7 +23,7 @@ def ignored(*_: object) -> None:
 
 
 def compile_kernels(guides: Sequence[GuideSettings], machine: Machine, progress: Progress) -> None:
-    """Have all code compiled that runs with these guides need, before anything is timed."""
+    """Compile all code for runs with these guides, before any run is timed."""
     with progress("compiling kernels (once after an update)", len(guides)) as advance:
         for done, guide in enumerate(guides):
             warm_up(guide, machine)
@@ -36,9 +36,10 @@ def produce(
     """Make a run, and save it if it has a folder. A run that was killed goes on from its checkpoint.
 
     on_pace: called after each pass, and from time to time while a guide trains.
-    on_pass: is called after each pass, with the state so far.
-    on_end: is called with the whole result, before it is saved and its checkpoint removed.
-    InputError if the scene does not fit into memory or the folder cannot be written; FloatingPointError from a fault of the tracer.
+    on_pass: called after each pass, with the state so far.
+    on_end: called with the complete result, before the result is saved and the checkpoint is removed.
+    InputError if the scene does not fit into memory or the folder cannot be written.
+    FloatingPointError if radiance is not finite: this is a fault of the tracer.
     """
     if not task.forewarned:
         warn = forewarn if task.folder else forewarn_of_memory  # without a folder the render comes from Blender, which lists lamps itself

@@ -40,7 +40,7 @@ class Experiment:
 
     @property
     def given(self) -> Given | None:
-        """The reference if it is a file; None if this renderer makes it. InputError if Cycles should make it, but has not."""
+        """The reference from a file or from Cycles; None if this renderer makes it. InputError if the reference by Cycles is missing."""
         file = self.comparison.reference_file
         if self.comparison.reference == "FILE":
             return Given(file, printable(file.name))
@@ -63,7 +63,7 @@ def run(experiments: Sequence[Experiment], machine: Machine, jobs: int, progress
     due: list[Task] = []
     for experiment in experiments:
         due += _due(experiment, finished, machine, progress)
-    if due and not unfinished:  # an image does not belong to its scene
+    if due and not unfinished:  # the image of a finished run could not be judged
         _prepare(experiments, asked, machine, jobs, progress)
     return _perform(due, machine, jobs, progress)
 
@@ -99,7 +99,7 @@ def _tasks(experiment: Experiment) -> Iterator[Task]:
 
 
 def _finished(task: Task) -> Record | None:
-    """The record of a finished run. None if there is no record, or if it is damaged; then a line says so."""
+    """The record of a finished run. None if there is no record, or if the run is damaged. A line names the damage."""
     assert task.folder
     try:
         return finished_run(task.folder, task.scene, task.settings)
@@ -121,9 +121,9 @@ def _due(experiment: Experiment, finished: Mapping[Path | None, Record], machine
 
 
 def _is_kept(task: Task, record: Record, judge: Judge) -> bool:
-    """Judge a finished run again. False if its image cannot be judged, which a line tells."""
+    """Judge a finished run again. If its image cannot be judged: False, and a line says why."""
     assert task.folder
-    in_folder(task.folder).remove()  # left over if the program was killed just after it wrote the result
+    in_folder(task.folder).remove()  # a checkpoint remains if the program was killed just after it wrote the result
     try:
         anew = judged_again(task.folder, record, judge)
     except InputError as error:

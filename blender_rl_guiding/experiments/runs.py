@@ -23,7 +23,7 @@ from ..schema import to_dict
 from ..settings import Machine, Render, recorded
 from .probe import Point
 
-RENDERED = "rendered"  # the key of all references that this renderer makes: later ones only have more samples
+RENDERED = "rendered"  # the key of every reference by this renderer; a later reference only has more samples
 ON_THE_WAY = (mape_display, relmse)  # the measures of each pass
 
 
@@ -56,13 +56,13 @@ class Task:
     method: str = ""  # its name in the results; if empty, the guide's name
     judge: Judge | None = None
     probe: Point | None = None  # the point at which the guide's Q is saved
-    frame: Frame | None = None  # of an animation
+    frame: Frame | None = None  # the frame, if the run is a frame of an animation
     forewarned: bool = False  # whether the caller has already called `forewarn` for several runs at once
     keeps_unfinished: bool = False  # whether Ctrl-C saves the image of the finished samples
 
     @property
     def label(self) -> str:
-        """The run's name for people."""
+        """The name of the run in messages."""
         return f"{self.scene.name} {self.method} seed {self.settings.seed}"
 
     @property
@@ -89,8 +89,8 @@ def save_run(
         "program": f"blender_rl_guiding {__version__}",
     }
     told = folder / f"result{task.suffix}.json"
-    with suppress(OSError):  # the writing of the images has the same error, and reports it
-        told.unlink(missing_ok=True)  # removed first: an interrupt here must not leave a result.json of another image
+    with suppress(OSError):  # writing the images fails with the same error, and reports it
+        told.unlink(missing_ok=True)  # first: after an interrupt, no result.json of another image may remain
     images = _write_images(folder, task.suffix, result, task.settings, header)
     record = Record(
         scene=scene.name,
@@ -159,7 +159,7 @@ def finished_run(folder: Path, scene: SceneData, settings: Render) -> Record | N
 
 
 def finished_frame(folder: Path, frame: Frame, settings: Render) -> Record | None:
-    """The same for a frame of an animation, with the frame's source as key instead of the scene."""
+    """The finished run of a frame of an animation. The frame's source replaces the key of the scene."""
     return _finished(folder, frame.suffix, settings, source=frame.source)
 
 
@@ -183,7 +183,7 @@ def _finished(folder: Path, suffix: str, settings: Render, **made_of: str) -> Re
 
 
 def _sha256(path: Path) -> str:
-    """The checksum of a file inside its folder. A checksum of the pixels would take far longer, because they are compressed."""
+    """The checksum of a file inside its folder. A checksum of the pixels would take far longer, because the pixels are compressed."""
     check_inside(path.parent, path)
     with trying_to(f"read {path}"), typed.opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
@@ -192,7 +192,7 @@ def _sha256(path: Path) -> str:
 def judged_again(folder: Path, record: Record, judge: Judge) -> Record:
     """A finished run with its metrics against the current reference.
 
-    If the reference only gained samples, the errors of the curve stay; if it is another image, they are dropped.
+    If the reference only gained samples, the errors of the curve stay. If the reference is another image, these errors are dropped.
     InputError if the run's image cannot be read, or has another size.
     """
     curve, metrics = record.curve, compare(read_exr(folder / "image.exr")[0], judge.truth)

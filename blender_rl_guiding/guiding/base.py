@@ -14,7 +14,7 @@ from .saved import Arrays, Saved
 class Transitions(NamedTuple):
     """Transitions (s, a, r, s') of path segments x -> y, as a structure of arrays, ordered by pixel, sample and vertex.
 
-    L_i(x, from y) is estimated as reward + albedo / pi * integral of L_i(y, w) cos(theta) dw over the hemisphere at y, as luminance.
+    The estimate of L_i(x, from y), a luminance, is reward + albedo / pi * integral of L_i(y, w) cos(theta) dw over the hemisphere at y.
     """
 
     position: np.ndarray  # (n, 3) float32, x, from the scene's origin
@@ -62,7 +62,7 @@ class Guide:
         return []
 
     def directions(self) -> Any:
-        """The directions of the next pass, a named tuple of `guiding.directions`. Its arrays must not change until `learn` is called."""
+        """The directions of the next pass, of a kind that `mixture.declare` knows. Their arrays must not change until `learn` is called."""
         return one_cell(bsdf_fraction=1.0)
 
     def wanted(self) -> int:
@@ -93,11 +93,11 @@ class Guide:
         return None
 
     def state(self) -> Arrays:
-        """All that learning has changed, for a checkpoint: views, not copies. Arrays that can be computed from others are left out."""
+        """All that learning has changed, for a checkpoint: views, not copies. It leaves out arrays that can be computed from others."""
         return {}
 
     def restore(self, saved: Saved) -> None:
-        """Take a saved state. The guide then goes on to the same bits. Called before the guide learns.
+        """Take a saved state. The guide then computes the same bits as the saved guide would. Called before the guide learns.
 
         Anyone may have made the file: ValueError if no guide with these settings can have this state. Its numbers may be nonsense, but they
         must not make a kernel read outside of an array.

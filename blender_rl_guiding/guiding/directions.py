@@ -1,6 +1,6 @@
-"""A kind of directions: for each cell of a hashed grid over position and normal, probabilities of equal patches of the hemisphere.
+"""A kind of directions: each cell of a hashed grid over position and normal has probabilities of equal patches of the hemisphere.
 
-It draws for diffuse reflection alone: for other lobes a product with the BSDF would have to be formed at the vertex.
+It draws only for diffuse reflection. Other lobes would need a product with the BSDF at each vertex.
 """
 
 from typing import NamedTuple
@@ -19,16 +19,16 @@ UNKNOWN = -1
 
 
 class Cells(NamedTuple):
-    """An open-addressed hash table from grid cells to rows. Its size is a power of two, at least twice the rows."""
+    """An open-addressed hash table from grid cells to rows. Its size is a power of two, and at least twice the number of rows."""
 
     origin: np.ndarray  # (3,) float32
-    per_metre: np.float32  # cells per metre; 0 makes one cell of everything
+    per_metre: np.float32  # cells per metre; 0 means that there is only one cell
     keys: np.ndarray  # (H,) uint64, 0 where free
     rows: np.ndarray  # (H,) int32
 
 
 class Directions(NamedTuple):
-    """The material keeps the share `bsdf_fraction` of the samples; the rest follows the cell's patch probabilities."""
+    """The material draws the share `bsdf_fraction` of the samples. The cell's patch probabilities draw the other samples."""
 
     bsdf_fraction: np.float32
     patch_rows: int
@@ -38,14 +38,14 @@ class Directions(NamedTuple):
 
 
 def one_cell(bsdf_fraction: float) -> Directions:
-    """Directions that are the same everywhere: one patch, all of the hemisphere."""
+    """Directions that are the same everywhere: one cell with one patch, the whole hemisphere."""
     cells = Cells(np.zeros(3, np.float32), F(0), np.zeros(1, np.uint64), np.zeros(1, np.int32))
     return Directions(F(bsdf_fraction), 1, 1, cells, np.ones((1, 1), np.float32))
 
 
 @part
 def cell_key(cells, position, normal):
-    """The cell of a state as one non-zero number; position may lie outside the grid."""
+    """The key of a state's cell, a non-zero number. The position may lie outside the grid."""
     key = np.uint64(1)
     for axis in range(3):
         step = np.int64(np.floor((position[axis] - cells.origin[axis]) * cells.per_metre))
@@ -88,7 +88,7 @@ def _sample(directions, cell, n, wo, u, v, choice):
 
 @part
 def _pdf(directions, cell, n, wo, wi):
-    """P(patch) N / (2 pi)."""
+    """p(wi) = P(patch) N / (2 pi), with N patches."""
     t, b = tangents(n)
     local = to_local(t, b, n, wi)
     if local[2] <= F(0):

@@ -1,10 +1,10 @@
-"""The seam between guiding and the transport loop: `find`, `sample` and `pdf` at a vertex, in world space.
+"""The seam between guiding and the transport loop: `find`, `takes`, `sample` and `pdf` at a vertex, in world space.
 
 A guide hands the loop its `directions`: a named tuple, frozen during a pass. The class of the tuple is its kind. Each kind is declared
-once (`declare`), with three parts and its reach: the lobes that it draws for.
+once (`declare`), with three functions and its reach. The reach is the set of lobes that the guide draws for.
 
-Symbols: lobe k is picked with probability P_k, and then has the density p_k; R are the lobes within reach, G = sum over R of P_k.
-The guide takes the share 1 - alpha of the samples of R, with its own density p_guide:
+Symbols: P_k is the probability of picking lobe k, p_k is the density of lobe k, R is the set of lobes within reach, G = sum over R of P_k.
+If a lobe of R is picked, the guide draws wi with probability 1 - alpha, with its own density p_guide. So wi has the density
 
     p(wi) = sum over all k of P_k p_k(wi) + (1 - alpha) (G p_guide(wi) - sum over R of P_k p_k(wi))
 """
@@ -25,26 +25,26 @@ _pdf: dict[type, Any] = {}
 
 
 def declare(kind: type, reach: F, find: Any, sample: Any, pdf: Any) -> None:
-    """Name the parts of a kind of directions, and the sum of the ways to spread light (see `bsdf.lobe`) that it draws for.
+    """Register a kind of directions. reach: the sum of the ways to spread light that it draws for, see `bsdf.lobe`.
 
-    find(directions, x, n, wo, lobes, count) -> alpha, 1 where nothing is known; place: anything that the other two want to know.
-    sample(directions, place, n, wo, u, v, choice) -> wi, a unit vector on n's side, by three uniform numbers.
+    find(directions, x, n, wo, lobes, count) -> (alpha, place). alpha is 1 if the guide knows nothing. `sample` and `pdf` get place.
+    sample(directions, place, n, wo, u, v, choice) -> wi, a unit vector on n's side. u, v, choice: three uniform numbers.
     pdf(directions, place, n, wo, wi) -> density of `sample` per solid angle.
     """
     _reach[kind], _find[kind], _sample[kind], _pdf[kind] = int(reach), find, sample, pdf
 
 
 class Found(NamedTuple):
-    """What is known at a vertex."""
+    """The guide's knowledge at a vertex."""
 
     alpha: F  # share of the samples of R that the material keeps
-    share: F  # (1 - alpha) G, the probability that the guide draws; 0 where nothing is known
-    place: Any  # the kind's own
+    share: F  # (1 - alpha) G, the probability that the guide draws; 0 if it knows nothing
+    place: Any  # the second result of the kind's `find`
 
 
 @part
 def find(directions, x, n, wo, lobes, count):
-    """What the guide knows of a vertex at x with normal n, outgoing direction wo and `count` lobes."""
+    """The guide's knowledge at a vertex with position x, normal n, outgoing direction wo and `count` lobes."""
     alpha, place = _find_by_kind(directions, x, n, wo, lobes, count)
     share = F(0)
     if alpha < F(1):
@@ -54,19 +54,19 @@ def find(directions, x, n, wo, lobes, count):
 
 @part
 def takes(directions, found, lobes, k, rest):
-    """Whether the guide draws the direction of lobe k, by the number `rest` that picking the lobe left over."""
+    """Whether the guide draws wi in place of lobe k: k is in R, and rest >= alpha. rest: the uniform number that `bsdf.pick` returns."""
     return found.share > F(0) and bsdf.is_within(lobes, k, reach(directions)) and rest >= found.alpha
 
 
 @part
 def sample(directions, found, n, wo, u, v, choice):
-    """A direction wi by the guide, from three uniform numbers. Only where it `takes` the sample."""
+    """A direction wi that the guide draws with three uniform numbers. Call this only if `takes` is true."""
     return _sample_by_kind(directions, found.place, n, wo, u, v, choice)
 
 
 @part
 def pdf(directions, found, n, wo, wi, pdf_all, pdf_within):
-    """p(wi), from both sums over P_k p_k(wi): of all lobes, and of those within reach. wi has to be reflected."""
+    """p(wi). pdf_all: the sum over all lobes of P_k p_k(wi). pdf_within: the same sum over R. wi must be a reflected direction."""
     if found.share > F(0):
         pdf_guide = _pdf_by_kind(directions, found.place, n, wo, wi)
         pdf_all += found.share * pdf_guide - (F(1) - found.alpha) * pdf_within
@@ -93,7 +93,7 @@ def _call_pdf(typingctx, directions, place, n, wo, wi):
     return call_by_kind(typingctx, _pdf, (directions, place, n, wo, wi))
 
 
-# Declared, because type checkers take the typing context for an argument of the call.
+# Typed as Any: a type checker would count the typing context as an argument of the call.
 reach: Any = _reach_of
 _find_by_kind: Any = _call_find
 _sample_by_kind: Any = _call_sample

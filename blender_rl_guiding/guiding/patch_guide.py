@@ -14,7 +14,7 @@ S = TypeVar("S", QTable, DQN)
 
 
 class PatchGuide(Guide, Generic[S]):
-    """A guide that draws patches by a table of probabilities. Until the first table, the material draws directions."""
+    """A guide that draws patches by a table of probabilities. Before the first table exists, the material draws all directions."""
 
     def __init__(self, settings: S, cells: CellTable) -> None:
         self._settings, self.cells = settings, cells
@@ -46,7 +46,7 @@ class PatchGuide(Guide, Generic[S]):
         return patches
 
     def _forget(self) -> None:
-        """Drop the table: the material draws directions."""
+        """Drop the table. Then the material draws all directions."""
         self._directions, self._taught = one_cell(bsdf_fraction=1.0), False
 
     def _lay_out(self, weights: np.ndarray) -> None:

@@ -1,12 +1,13 @@
-"""Guide `vmf`: for each cell of position and normal, von Mises-Fisher lobes in world space that step-wise EM fits to L cos(theta).
+"""Guide `vmf`: each cell of position and normal has von Mises-Fisher lobes in world space. Step-wise EM fits them to L cos(theta).
 
-It draws for diffuse and for rough glossy reflection. On the side of the normal n, with wi' the mirror image of wi below the surface,
+It draws for diffuse and for rough glossy reflection. wi' is the mirror image of wi below the surface. On the side of the normal n,
 
     p_guide(wi) = c cos(theta) / pi + (1 - c) sum_k w_k (vmf_k(wi) + vmf_k(wi')).
 
-So no lobe loses the part of it that lies below the surface, and no direction is ruled out.
-A transition counts L cos(theta) / pdf. L is estimated as for `qtable`. The pdf is that of a diffuse surface, because transitions do not
-tell the pdf of other lobes. After Ruppert et al. 2020, with a fixed number of lobes on a grid, without parallax or a product with the BSDF.
+The term vmf_k(wi') keeps the part of a lobe that lies below the surface. With the term c, all directions above it have a positive density.
+A transition counts L cos(theta) / pdf. L is estimated as in `qtable`. The pdf assumes a diffuse surface, because transitions do not store
+the pdf of other lobes. The method follows Ruppert et al. 2020. Differences: the number of lobes is fixed, the cells form a grid, and there
+is neither parallax nor a product with the BSDF.
 """
 
 import math
@@ -29,9 +30,9 @@ from .mixture import declare
 from .patches import sample_patch
 from .saved import Arrays, Saved, below
 
-WIDEST, NARROWEST = 0.5, 2000.0  # kappa
-FIRST = 4.0  # kappa of lobes that know nothing
-PATCHES = 15, 24  # that `learnt` shows
+WIDEST, NARROWEST = 0.5, 2000.0  # bounds of kappa
+FIRST = 4.0  # kappa of lobes before any data
+PATCHES = 15, 24  # rows and columns of the patches that `learnt` returns
 LARGEST, TINY = 1e30, 1e-30
 
 
@@ -40,9 +41,9 @@ class Lobes(NamedTuple):
 
     bsdf_fraction: np.float32  # alpha
     cosine: np.float32  # c
-    known: int  # cells that have lobes; later ones are unknown
+    known: int  # cells that have lobes; the guide knows nothing in later cells
     cells: Cells
-    weights: np.ndarray  # (C, K) float32, w, of sum 1
+    weights: np.ndarray  # (C, K) float32, w; the sum over K is 1
     axes: np.ndarray  # (C, K, 3) float32, unit
     kappas: np.ndarray  # (C, K) float32
 
@@ -81,7 +82,7 @@ declare(Lobes, DIFFUSE_REFLECTION + ROUGH_REFLECTION, _find, _sample, _pdf)
 
 @part
 def lobes_pdf(directions, cell, n, wi):
-    """The density of all lobes together, folded to the side of n."""
+    """sum_k w_k (vmf_k(wi) + vmf_k(wi'))."""
     mirrored = subtract(wi, scale(n, F(2) * dot(n, wi)))
     total = F(0)
     for k in range(directions.weights.shape[1]):
@@ -113,13 +114,14 @@ def _axis(directions, cell, k):
 
 
 class VMFGuide(Guide):
-    """See `Guide`. Before the first lesson it leaves directions to the material."""
+    """See `Guide`. Before the first call of `learn`, the material draws all directions."""
 
     def __init__(self, settings: VMF, scene: SceneData, seed: int) -> None:
         """Nothing is random: the seed has no effect."""
         self._settings = settings
         self.cells = CellTable(scene.bounds[0], cell_size(scene, settings.cells))
-        # Sums over the transitions of each cell: 1 and what they count, (C, 2); each lobe's share of that, alone and times wi, (C, K, 4).
+        # Sums over the transitions of each cell. A transition counts y = L cos(theta) / pdf, and y_k is the share of lobe k in y.
+        # _visits: sums of (1, y), (C, 2). _sums: sums of (y_k, y_k wi), (C, K, 4).
         self._visits, self._sums = np.zeros((0, 2)), np.zeros((0, settings.lobes, 4))
         self._directions = self._laid_out()
 
@@ -135,7 +137,7 @@ class VMFGuide(Guide):
         return self._settings.recorded
 
     def learn(self, transitions: Transitions, on_step: OnStep = unheard) -> dict[str, Any]:
-        """A step of EM: forget a share of what was seen, share out the transitions among the lobes, and fit the lobes anew."""
+        """One step of EM: multiply the old sums by 1 - `forget`, divide the transitions among the lobes, and fit the lobes again."""
         t, sampled = transitions, self._directions
         rows, next_rows = self.cells.insert(t.position, t.normal), self.cells.rows(t.next_position, t.next_normal)
         more = self.cells.count - len(self._visits)
@@ -151,7 +153,7 @@ class VMFGuide(Guide):
         return self.cells.rows(position, normal)
 
     def learnt(self, position: np.ndarray, normal: np.ndarray) -> Learnt | None:
-        """L = E sum_k w_k vmf_k / cos(theta), with E the irradiance. Too much at the horizon, where lobes do not vanish."""
+        """L = E sum_k w_k vmf_k / cos(theta), with E the irradiance. L is too large at the horizon, because lobes do not vanish there."""
         row = int(self.states(position[None], normal[None])[0])
         if row == UNKNOWN or row >= self._directions.known:
             return None
@@ -163,18 +165,18 @@ class VMFGuide(Guide):
         return {"visits": self._visits, "sums": self._sums} | below("cells", self.cells.state())
 
     def restore(self, saved: Saved) -> None:
-        """Directions follow from the rest."""
+        """The directions are computed from the saved arrays."""
         self.cells.restore(saved.below("cells"))
         self._visits = saved.array("visits", np.float64, self.cells.count, 2)
         self._sums = saved.array("sums", np.float64, self.cells.count, self._settings.lobes, 4)
         self._directions = self._laid_out()
 
     def _irradiance(self) -> np.ndarray:
-        """The mean of what a visit counts, of each cell, (C,) float64."""
+        """The mean count of the transitions of each cell, (C,) float64. It estimates the irradiance E."""
         return self._visits[:, 1] / np.maximum(self._visits[:, 0], TINY)
 
     def _laid_out(self) -> Lobes:
-        """Lobes by the sums, in units of the cell's mean, and by `prior` visits that bear out the first lobes."""
+        """Fit the lobes to the sums, divided by the cell's mean count, plus `prior` imagined visits that agree with the first lobes."""
         s = self._settings
         first = first_axes(self.cells.states()[1].astype(np.float64), s.lobes)
         seen = self._sums / np.maximum(self._irradiance(), TINY)[:, None, None]
@@ -192,12 +194,12 @@ class VMFGuide(Guide):
 
 
 def _mean_cosine(kappa: float) -> float:
-    """The length of the mean of a lobe's directions."""
+    """coth(kappa) - 1 / kappa: the length of the mean of a lobe's directions."""
     return 1 / math.tanh(kappa) - 1 / kappa
 
 
 def first_axes(normals: np.ndarray, count: int) -> np.ndarray:
-    """Axes that are spread evenly over the hemisphere around each of (C, 3) normals, (C, count, 3)."""
+    """`count` axes, spread evenly over the hemisphere around each normal. normals: (C, 3). Returns (C, count, 3)."""
     k = np.arange(count) + 0.5
     z, phi = 1 - k / count, k * math.pi * (3 - math.sqrt(5))
     radius = np.sqrt(1 - z * z)
@@ -205,16 +207,17 @@ def first_axes(normals: np.ndarray, count: int) -> np.ndarray:
     helper = np.where(np.abs(normals[:, 2:]) < 0.9, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     t = np.cross(helper, normals)
     t /= np.maximum(np.sqrt((t * t).sum(axis=1, keepdims=True)), 1e-30)
-    frame = np.stack([t, np.cross(normals, t), normals], axis=1)  # (C, 3, 3), a row each
+    frame = np.stack([t, np.cross(normals, t), normals], axis=1)  # (C, 3, 3), rows t, b, n
     return (local[None, :, :, None] * frame[:, None]).sum(axis=2)
 
 
 @kernel
 def expectation(lobes, sampled, rows, next_rows, transitions, irradiance, visits, sums):
-    """Add transitions to the sums in their order, each shared out among the lobes of its cell; returns the sum of squared errors.
+    """The E step: divide each transition among the lobes of its cell, in order, and add it to the sums. Returns the sum of squared errors.
 
-    lobes: today's, of all cells. sampled: those by which the pass was drawn. rows, next_rows: (n,) int32, the cells of both ends.
-    irradiance: (C,) float32, of each cell before the pass. visits, sums: as of `VMFGuide`, changed in place.
+    lobes: the current lobes of all cells. sampled: the lobes that drew the directions of the pass.
+    rows, next_rows: (n,) int32, the cells at both ends of each transition. irradiance: (C,) float32, of each cell before the pass.
+    visits, sums: see `VMFGuide.__init__`; changed in place.
     """
     lobes, sampled, transitions = ref(lobes), ref(sampled), ref(transitions)
     total = 0.0
@@ -243,7 +246,7 @@ def expectation(lobes, sampled, rows, next_rows, transitions, irradiance, visits
 
 @part
 def _share_out(lobes, row, n, wi, counts, sums):
-    """Add to each lobe of a cell its share, `counts` times its density at wi and at the mirror image of wi."""
+    """Add to each lobe k of the cell `row` its share, `counts` times w_k vmf_k, for wi and for the mirror image of wi."""
     mirrored = subtract(wi, scale(n, F(2) * dot(n, wi)))
     for k in range(lobes.weights.shape[1]):
         axis, kappa = _axis(lobes, row, k), lobes.kappas[row, k]
@@ -257,7 +260,7 @@ def _share_out(lobes, row, n, wi, counts, sums):
 
 @kernel
 def over_patches(lobes, row, normal, radiance, chances):
-    """Write, for the middle of each patch of the hemisphere, radiance over irradiance, and the density with which it is drawn."""
+    """Write two numbers for the middle of each patch of the hemisphere: radiance / irradiance, and the density of the guide."""
     lobes, (rows, columns) = ref(lobes), radiance.shape
     n = normal[0], normal[1], normal[2]
     t, b = tangents(n)

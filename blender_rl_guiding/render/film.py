@@ -11,27 +11,27 @@ from ..layers import LAYERS
 
 BRIGHTEST = float(np.finfo(np.float32).max)
 
-# First columns of the passes that are summed beside the radiance.
+# The first column of each pass. Passes are summed besides the radiance.
 ALPHA, DEPTH, ALBEDO, SHADING_NORMAL, POSITION, EMISSION, DIRECT, PASS_COLUMNS = 0, 1, 2, 5, 8, 11, 14, 17
 _FIRST = {"Albedo": ALBEDO, "Normal": SHADING_NORMAL, "Depth": DEPTH, "Position": POSITION, "Emission": EMISSION, "Direct": DIRECT}
-# Those that are layers of the result: name -> (first column, number of columns).
+# The passes that are layers of the result: name -> (first column, number of columns).
 PASSES = {name: (first, len(LAYERS[name])) for name, first in _FIRST.items()}
 
 
 class Sums(NamedTuple):
-    """What the kernels add to."""
+    """The sums that kernels add to."""
 
     sum: np.ndarray  # (pixels, 3) float64, linear RGB times weight
     squares: np.ndarray  # (pixels, 3) float64, squares times weight
-    samples: np.ndarray  # (pixels,) int64, how many
-    weight: np.ndarray  # (pixels,) float64, of the samples
+    samples: np.ndarray  # (pixels,) int64, number of samples
+    weight: np.ndarray  # (pixels,) float64, sum of the samples' weights
     passes: np.ndarray  # (pixels, PASS_COLUMNS) float32, or (0, ...)
 
 
 class Film:
-    """Weighted sum and sum of squares of each pixel's samples, in double precision, how many there are, and sums of the passes if wanted.
+    """For each pixel: the sums over its samples (`Sums`), in double precision, and the sums of the passes, if they are wanted.
 
-    64 bytes a pixel; 132 with passes.
+    The film takes 64 bytes per pixel, and 132 with passes.
     """
 
     def __init__(self, width: int, height: int, exposure: float = 1.0, passes: bool = False) -> None:
@@ -42,11 +42,11 @@ class Film:
         self.sums = Sums(np.zeros((pixels, 3)), np.zeros((pixels, 3)), np.zeros(pixels, np.int64), np.zeros(pixels), passed)
 
     def state(self) -> Arrays:
-        """The sums, for a checkpoint; no copies."""
+        """The sums, for a checkpoint: the arrays themselves, not copies."""
         return self.sums._asdict()
 
     def restore(self, saved: Saved, most: int) -> None:
-        """Take up `state`. ValueError where it is not that of a film of this size, with at most `most` samples a pixel."""
+        """Take a saved `state`. ValueError if no film of this size with at most `most` samples per pixel can have this state."""
         types = {name: (array.dtype, array.shape) for name, array in self.sums._asdict().items()}
         sums = Sums(**{name: saved.array(name, dtype, *shape) for name, (dtype, shape) in types.items()})
         if not 1 <= sums.samples.min() <= sums.samples.max() <= most:
@@ -61,12 +61,12 @@ class Film:
 
     @property
     def samples(self) -> int:
-        """Samples of the pixel that has most of them."""
+        """The number of samples of the pixel with the most samples."""
         return int(self.sums.samples.max())
 
     @property
     def counts(self) -> np.ndarray:
-        """Samples of each pixel, (height, width)."""
+        """The number of samples of each pixel, (height, width)."""
         return self.sums.samples.reshape(self.shape[:2])
 
     def mean(self) -> np.ndarray:
@@ -76,22 +76,22 @@ class Film:
     def variance_of_mean(self) -> np.ndarray:
         """Estimated variance of each value of `mean`, (height, width, 3) float64; needs two samples or more.
 
-        sum w (L - mean)^2 / sum w / (n - 1): that of independent samples. Stratified samples have less: it is an upper bound.
-        Assumes that weights are inverse variances.
+        It is sum w (L - mean)^2 / sum w / (n - 1), for n independent samples L with weights w. Stratified samples have a smaller variance,
+        so this is an upper bound. The formula assumes that weights are inverse variances.
         """
         weight, others = self._divisor(), np.maximum(self.sums.samples - 1, 1)[:, None]
         spread = self.sums.squares / weight - (self.sums.sum / weight) ** 2
         return (np.maximum(spread, 0) * (self._exposure**2 / others)).reshape(self.shape)
 
     def noise(self) -> np.ndarray:
-        """Standard error of each pixel relative to the root of its brightness, (height, width): what Cycles' noise threshold bounds.
+        """Standard error of each pixel over the root of its brightness, (height, width). Cycles' noise threshold bounds this number.
 
-        An upper bound where samples are stratified, as `variance_of_mean` is.
+        If samples are stratified, it is an upper bound, like `variance_of_mean`.
         """
         return (np.sqrt(self.variance_of_mean().sum(axis=2)) / (1e-4 + np.sqrt(self.mean().sum(axis=2)))).astype(np.float32)
 
     def layers(self) -> dict[str, np.ndarray]:
-        """The passes by Cycles' names, (height, width) or (height, width, 3) float32; empty unless they were asked for."""
+        """The passes by Cycles' names, (height, width) or (height, width, 3) float32; empty if the film has no passes."""
         if not len(self.sums.passes):
             return {}
         mean = self.sums.passes / self._divisor().astype(np.float32)
@@ -103,7 +103,7 @@ class Film:
         return layers
 
     def alpha(self) -> np.ndarray:
-        """Share of each pixel that is not the transparent world, (height, width) float32; 1 where there are no passes to tell."""
+        """Share of each pixel that is not the transparent world, (height, width) float32; 1 if the film has no passes."""
         if not len(self.sums.passes):
             return np.ones(self.shape[:2], np.float32)
         return (1 - self.sums.passes[:, ALPHA] / self._divisor()[:, 0]).astype(np.float32).reshape(self.shape[:2])
@@ -117,7 +117,7 @@ class Film:
 
 @part
 def add_sample(film, pixel, L, weight):
-    """Add a sample to its pixel's sums; whether it is finite."""
+    """Add a sample to the sums of its pixel. Returns whether the sample is finite."""
     w = np.float64(weight)
     for c in range(3):
         value = np.float64(L[c])
@@ -130,7 +130,7 @@ def add_sample(film, pixel, L, weight):
 
 @part
 def credit(passes, pixel, weight, light, scattered):
-    """Count light to the pass of emission or direct light, by the scattering events that it needed."""
+    """Add light to a pass: to Emission after 0 scattering events, to Direct after 1. Other light is not added."""
     if scattered <= 1:
         column = EMISSION if scattered == 0 else DIRECT
         for c in range(3):
@@ -139,13 +139,13 @@ def credit(passes, pixel, weight, light, scattered):
 
 @part
 def hide(passes, pixel, weight, share):
-    """Count a share of the pixel, RGB, to the transparent world."""
+    """Add a share of the pixel, RGB, to the transparent world."""
     passes[pixel, ALPHA] += weight * (share[0] + share[1] + share[2]) * F(1 / 3)
 
 
 @part
 def write_features(passes, pixel, weight, axes, origin, x, n, colour):
-    """The passes of the first surface, seen by a camera with these axes; x is counted from `origin`."""
+    """Add to the passes that describe the first surface. axes: the camera's axes. x: the position relative to `origin`."""
     for c in range(3):
         passes[pixel, ALBEDO + c] += weight * colour[c]
         passes[pixel, SHADING_NORMAL + c] += weight * n[c]

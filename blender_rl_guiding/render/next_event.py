@@ -1,4 +1,4 @@
-"""Next-event estimation: light that arrives at a vertex from a point of a light that is drawn for it."""
+"""Next-event estimation: draw a point on a light, and estimate the light that travels from there to a vertex."""
 
 from ..bsdf import surface as bsdf
 from ..guiding import mixture
@@ -14,18 +14,24 @@ from .visibility import ZERO, passes_on, seen_by, stands_alone
 
 @merged
 def next_event(stage, directions, nee, scratch, here, lobes_count, found, chance_straight, passages, scattered, key, dimension):
-    """An estimate of the light that leaves a vertex towards wo because it arrived straight from lights, RGB.
+    """An estimate of the direct light that a vertex scatters towards wo, RGB, times its MIS weight.
 
-    nee: whether all lights count; otherwise those alone that rays cannot hit.
-    here, lobes_count, found: the vertex, its lobes in `scratch`, and what is known of it to the guide.
-    chance_straight: the probability that the path passes straight through it; passages: how often light may do so on its way to it.
-    scattered: scattering events before it.
-    key, dimension: the path's random numbers, and the first of them that are the vertex's own.
+        f Le V / (pdf_light + pdf (1 - chance_straight)),    and f Le V / pdf_light for lights that rays cannot hit.
+
+    Le is the radiance by `sample_light`. V is the share of light that objects on the way let through. If pdf_light = 0, the estimate is
+    f Le V; see `sample_light`.
+
+    nee: if true, all lights count; if false, only lights that rays cannot hit.
+    here: the vertex. lobes_count: the number of its lobes in `scratch`. found: the result of `mixture.find` at the vertex.
+    chance_straight: the probability that the path passes straight through the vertex.
+    passages: how many more transparent surfaces light may pass on its way to the vertex.
+    scattered: the number of scattering events before the vertex.
+    key: the stream of the path's random numbers. dimension: the vertex's first pair in this stream.
     """
     lobes, x, n, ng, wo = scratch.lobes, here.x, here.n, here.ng, here.wo
     u, v = uniform2(key, dimension + LIGHT)
     choice = finer(*uniform2(key, dimension + EMITTER))
-    # Both kinds of ray start at one point, so that the weights of next-event estimation and of hits add up to one.
+    # The light is sampled from the point where scattered rays start. So the MIS weights of light sampling and of hits add up to one.
     above = off_surface(x, ng, here.error)
     wi, far, light, pdf_light, emitter = sample_light(
         stage.lights, stage.shading, stage.surface, scratch.registers, above, scattered + 1, choice, u, v

@@ -1,12 +1,12 @@
-"""The transport loop: paths from the camera to the light, one after another.
+"""The transport loop: it traces one path after another, from the camera to the light.
 
-Symbols: L radiance at the camera, beta throughput, x position, n shading normal, ng normal of the triangle, wo and wi directions away
-from the surface, f the BSDF times the cosine. The estimate is
+Symbols: L is the radiance at the camera, beta the throughput, x the position, n the shading normal, ng the normal of the triangle. wo and
+wi point away from the surface. f is the BSDF times the cosine. The estimate is
 
     L = sum over the vertices of beta (emission w + next-event estimate),    beta <- beta f(wo, wi) / pdf(wi)
 
-with the weight w of the balance heuristic (Veach 1997) against next-event estimation. Light that passes straight through a surface is no
-scattering event. Not supported: media, subsurface scattering.
+w is the MIS weight of emission against next-event estimation, by the balance heuristic (Veach 1997). A passage straight through a surface
+is not a scattering event. Not supported: media, subsurface scattering.
 """
 
 import math
@@ -30,12 +30,12 @@ from .random_numbers import DIMENSIONS, DIRECTION, FILM, LENS, LOBE, PASSAGE, PA
 from .stage import RAYS, RECORDABLE, RECORDED
 from .visibility import ONE, ZERO, lamps_met, surroundings
 
-MOST_VERTICES = 4096  # of a path, passages through transparent surfaces included
-MOST_LEARNT = 32  # transitions of a path, which bounds the memory for them
+MOST_VERTICES = 4096  # most vertices of a path; passages through transparent surfaces count
+MOST_LEARNT = 32  # most transitions that a path records; this bounds their memory
 
 
 class Events(NamedTuple):
-    """How often a path has scattered, in all and by kinds of rays."""
+    """The number of scattering events of a path: the total, and for each kind of ray."""
 
     total: np.int64
     diffuse: np.int64
@@ -44,10 +44,10 @@ class Events(NamedTuple):
 
 
 class Vertex(NamedTuple):
-    """Where a path meets a surface."""
+    """A point at which a path meets a surface."""
 
     x: tuple[F, F, F]
-    error: F  # how far the surface may be from x by rounding
+    error: F  # bound on the distance from x to the surface, caused by rounding
     n: tuple[F, F, F]
     ng: tuple[F, F, F]
     wo: tuple[F, F, F]
@@ -58,20 +58,20 @@ class Vertex(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """The way from a vertex along wi to the next one whose lobes spread light: a transition to learn from, once it is complete."""
+    """The path from a vertex along wi to the next vertex with lobes that spread light. A complete segment can become a transition."""
 
-    open: bool  # whether it is to be learnt from at all
+    open: bool  # whether it may still become a transition
     n: tuple[F, F, F]
     wi: tuple[F, F, F]
-    through: F  # share of the light that passes along it
-    reward: F  # luminance that it has met so far
+    through: F  # share of light that is left after the surfaces on the segment
+    reward: F  # sum over the light met so far: `through` times luminance
 
 
 @kernel
 def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, first_sample, samples, scratch, film):
-    """Trace samples first_sample .. first_sample + samples - 1 of pixels[first:end], and add them to the film in their order.
+    """Trace samples first_sample .. first_sample + samples - 1 of pixels[first:end], and add them to the film in this order.
 
-    About `share` of the vertices become transitions. Returns the first pixel that received radiance which is not finite, or -1.
+    About the share `share` of the vertices is recorded as transitions. Returns the first pixel with radiance that is not finite, or -1.
     """
     stage, directions, limits, scratch, film = ref(stage), ref(directions), ref(limits), ref(scratch), ref(film)
     scratch.counts[:] = 0
@@ -89,19 +89,19 @@ def trace_pixels(stage, directions, limits, share, seed, pixels, first, end, fir
 
 @part
 def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, passes):
-    """One path from the camera to its end: the radiance L that it brings, RGB. Adds `weight` times the pixel's `passes`, if any."""
+    """Trace one path. Returns its estimate of L, RGB. Adds its values, times `weight`, to the pixel's `passes`, if there are any."""
     rays, registers, lobes, counts = scratch.rays, scratch.registers, scratch.lobes, scratch.counts
     features = passes.shape[0] > 0
-    learnable = limits.total if limits.nee else limits.total + 1  # the last vertex has no next-event estimate to learn from
+    learnable = limits.total if limits.nee else limits.total + 1  # with nee, the last vertex would lack its next-event estimate
     u, v = uniform2(key, FILM)
     lens_u, lens_v = uniform2(key, LENS)
     origin, ray, near, far = camera_ray(stage.lens, pixel % stage.width, pixel // stage.width, u, v, lens_u, lens_v)
-    origin, near, far = add(origin, scale(ray, near)), F(0), far - near  # shaders count the ray's length from here on
+    origin, near, far = add(origin, scale(ray, near)), F(0), far - near  # the ray length that shaders read starts at this origin
     L, beta, pdf, kind = ZERO, ONE, F(0), np.int64(CAMERA)
-    start, travelled = origin, F(0)  # where the path scattered last, and how far it is from there
+    start, travelled = origin, F(0)  # the last scattering vertex, at first the camera; the distance from it
     events, transparent = Events(np.int64(0), np.int64(0), np.int64(0), np.int64(0)), np.int64(0)
     segment, learnt = Segment(False, ZERO, ray, F(1), F(0)), 0
-    seen = False  # whether the camera's first surface has been met
+    seen = False  # whether the path has met a surface that it did not pass straight through
 
     for vertex in range(MOST_VERTICES):
         dimension = (vertex + 1) * DIMENSIONS
@@ -142,7 +142,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             run(stage.shading, shader, point, registers)
             lobes_count, emitted, passing = bsdf.scatter(stage.shading, shader, point, registers, lobes)
 
-        # --- emission, weighed against next-event estimation ---------------------------------------------------------------
+        # --- emission, times its MIS weight w ---------------------------------------------------------------------------------
         if luminance(emitted) > F(0):
             w = F(1)
             if limits.nee and pdf > F(0):
@@ -155,10 +155,10 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             credit(passes, pixel, weight, multiply(beta, light), events.total)
         colour = bsdf.albedo(lobes, lobes_count)
 
-        # --- passing straight ------------------------------------------------------------------------------------------------
+        # --- passing straight through -----------------------------------------------------------------------------------------
         straight, solid = luminance(passing), luminance(colour)
         chance_straight = straight / (straight + solid) if straight > F(0) else F(0)
-        if transparent > 0 and transparent >= limits.transparent:  # as in Cycles: where the limit is none, a path passes once all the same
+        if transparent > 0 and transparent >= limits.transparent:  # as in Cycles: with limit 0 a path still passes once
             break
         if straight > F(0) and uniform2(key, dimension + PASSAGE)[0] < chance_straight:
             transparent += 1
@@ -171,12 +171,12 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
             write_features(passes, pixel, weight, stage.lens.axes, stage.shading.origin, x, n, colour)
         seen = True
 
-        # --- the segment that led here is complete, unless light can arrive from one direction only ------------------------------
+        # --- the segment to x is complete, unless all lobes of x are singular -------------------------------------------------
         scatters = bsdf.spreads(lobes, lobes_count)
         slot = np.int64(-1)
         if segment.open and (scatters or lobes_count == 0):
             if recorded:
-                # The state goes on beyond the last bounce: what light arrives does not depend on how long this path may be.
+                # The last bounce also has a next state: the light that arrives at x does not depend on the limits of this path.
                 slot = write_transition(scratch, start, segment, x, n, segment.reward, segment.through * solid)
             segment = Segment(False, segment.n, segment.wi, segment.through, segment.reward)
 
@@ -204,7 +204,7 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
                 scratch.transitions.reward[slot] += luminance(arriving)
 
         # --- next direction: beta f / pdf ---------------------------------------------------------------------------------------
-        # Looking towards the light may have run other shaders, but the lobes are still those of x.
+        # The shadow ray may have run other shaders, but `lobes` still holds the lobes of x.
         ray, label, factor, pdf = next_direction(directions, lobes, lobes_count, found, n, ng, wo, key, dimension)
         if luminance(factor) <= F(0):
             break
@@ -224,9 +224,9 @@ def trace_path(stage, directions, limits, share, pixel, key, weight, scratch, pa
 
 @merged
 def next_direction(directions, lobes, count, found, n, ng, wo, key, dimension):
-    """Draw wi: the direction, its label (see `bsdf.sample`), f / pdf, and the pdf, 0 where there is no density.
+    """Draw wi. Returns (wi, label, f / pdf, pdf). `bsdf.sample` explains the label.
 
-    f / pdf is zero where the path ends.
+    The pdf is 0 if wi has no density. f / pdf is zero if the path ends.
     """
     u, v = uniform2(key, dimension + DIRECTION)
     lobe, rest = np.int64(0), F(0)
@@ -248,7 +248,7 @@ def next_direction(directions, lobes, count, found, n, ng, wo, key, dimension):
 
 @part
 def reached(limits, events):
-    """Whether a path may scatter no more."""
+    """Whether the path has reached a limit, so that it must not scatter again."""
     if events.total >= limits.total or events.diffuse >= limits.diffuse:
         return True
     return events.glossy >= limits.glossy or events.transmission >= limits.transmission
@@ -256,26 +256,26 @@ def reached(limits, events):
 
 @part
 def counted(events, kind):
-    """The events and one more, after which the ray is of this kind."""
+    """The events plus one event that makes a ray of this kind."""
     transmitted = (kind & (TRANSMISSION | TRANSLUCENT)) > 0
     return Events(events.total + 1, events.diffuse + (kind == DIFFUSE), events.glossy + (kind == GLOSSY), events.transmission + transmitted)
 
 
 @part
 def met(segment, light):
-    """The segment after it has met so much light."""
+    """The segment after it has met light of the luminance `light`."""
     return Segment(segment.open, segment.n, segment.wi, segment.through, segment.reward + segment.through * light)
 
 
 @part
 def dimmed(segment, factor):
-    """The segment after a surface that lets this share of the light through."""
+    """The segment after a surface that multiplies the light by `factor`."""
     return Segment(segment.open, segment.n, segment.wi, segment.through * factor, segment.reward)
 
 
 @part
 def write_transition(scratch, x, segment, y, next_normal, reward, albedo):
-    """Store a segment from x to y; returns its row."""
+    """Store the segment from x to y as a transition. Returns the row."""
     transitions, slot = scratch.transitions, scratch.counts[RECORDED]
     store(transitions.position, slot, x)
     store(transitions.normal, slot, segment.n)

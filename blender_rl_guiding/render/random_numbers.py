@@ -1,4 +1,4 @@
-"""The pairs of random numbers of a path, by dimension. Each choice has its own number: all are stratified and independent."""
+"""The pairs of random numbers of a path, by dimension. Each choice uses its own number, so all choices are stratified and independent."""
 
 FILM, LENS = 0, 1  # pairs of the camera: point in the pixel's filter, point on the lens
 DIMENSIONS = 8  # pairs per vertex; the camera has the first 8

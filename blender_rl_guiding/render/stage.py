@@ -21,7 +21,7 @@ ALPHA = list(CLOSURES["principled"]).index("alpha")
 
 
 class Stage(NamedTuple):
-    """The scene in the kernels' terms."""
+    """The scene in the form that kernels read."""
 
     lens: Lens
     surface: Surface
@@ -37,7 +37,7 @@ class Stage(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """When paths end, and how lights are found."""
+    """The limits of a path's length, and the options of sampling."""
 
     total: int
     diffuse: int
@@ -52,11 +52,11 @@ class Limits(NamedTuple):
     stratified: bool  # whether the random numbers of a pixel's samples are stratified
 
 
-RAYS, RECORDABLE, RECORDED = 0, 1, 2  # of `Scratch.counts`: rays cast, vertices that could be recorded, transitions
+RAYS, RECORDABLE, RECORDED = 0, 1, 2  # indices of `Scratch.counts`: rays cast, vertices that could be recorded, transitions
 
 
 class Scratch(NamedTuple):
-    """The memory that one thread computes in."""
+    """The working memory of one thread."""
 
     rays: Rays
     registers: np.ndarray  # (256, 3) float32
@@ -65,7 +65,7 @@ class Scratch(NamedTuple):
     counts: np.ndarray  # (3,) int64, see RAYS
 
 
-@np.errstate(over="ignore", divide="ignore", invalid="ignore")  # the film finds results that are not finite
+@np.errstate(over="ignore", divide="ignore", invalid="ignore")  # `add_sample` finds radiance that is not finite
 def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
     """The stage, and Embree's geometry, which must live as long as the stage.
 
@@ -93,7 +93,7 @@ def build_stage(scene: SceneData) -> tuple[Stage, Geometry]:
 
 
 def _plain(shading: Shading) -> tuple[np.ndarray, np.ndarray]:
-    """Which shaders are only a Lambert reflection of constant colour, (S,) bool, and their albedos, (S, 3). Their code need not run."""
+    """Which shaders are only a Lambert reflection of constant colour, (S,) bool, and their albedos, (S, 3). The loop skips their code."""
     plain, albedo = np.zeros(len(shading.shaders), bool), np.zeros((len(shading.shaders), 3), np.float32)
     for k, (first, end) in enumerate(shading.shaders[:, 2:]):
         kinds = [KINDS[row[0]] for row in shading.closures[first:end]]
@@ -117,7 +117,7 @@ def _has_alpha(shading: Shading, row: np.ndarray) -> bool:
 
 
 def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
-    """The scene's limits. `settings.max_bounces` >= 0 replaces those of the total and of each kind of bounce."""
+    """The scene's limits. If `settings.max_bounces` >= 0, it replaces the limit of the total and of each kind of bounce."""
     bounces, most = scene.bounces, settings.max_bounces
     kinds = (bounces.total, bounces.diffuse, bounces.glossy, bounces.transmission) if most < 0 else (most, most, most, most)
     blind = bool((stage.lights.lamps[:, HITTABLE] == 0).any())
@@ -127,12 +127,12 @@ def limits(scene: SceneData, settings: Render, stage: Stage) -> Limits:
 
 
 def wants_passes(scene: SceneData, settings: Render) -> bool:
-    """Whether the film needs more of each path than its radiance."""
+    """Whether the film needs passes besides the radiance."""
     return settings.passes or settings.denoise or scene.film.transparent
 
 
 def scratch(transitions: int) -> Scratch:
-    """The memory of one thread. transitions: most transitions that the thread records in one call."""
+    """The memory of one thread. transitions: the most transitions that the thread records in one call."""
     return Scratch(
         rays(),
         np.zeros((REGISTERS, 3), np.float32),
