@@ -229,7 +229,7 @@ class DQN(GuideSettings, label="Deep Q-Network"):
 
 @dataclass(frozen=True)
 class VMF(GuideSettings, label="Lobes (vMF)"):
-    """A few von Mises-Fisher lobes for each cell learn by EM where light comes from, for rough glossy reflection, too."""
+    """Von Mises-Fisher lobes for each cell, fitted to the incident light by EM. They also guide rough glossy reflection."""
 
     lobes: int = setting(8, "Lobes of each cell, in world space.", min=1, max=64, soft=(1, 16), panel="Directions")
     bsdf_fraction: float = setting(

@@ -103,6 +103,7 @@ def every_variant(settings: bpy.types.PropertyGroup) -> Iterator[Step]:
     for guide in settings.bl_rna.properties["guide"].enum_items:
         settings.guide = guide.identifier
         yield from show("RENDER", "RENDER", "RENDER")
+    settings.guide = "dqn"
     for encoder in settings.guide_dqn.bl_rna.properties["encoder"].enum_items:
         settings.guide_dqn.encoder = encoder.identifier
         yield from show("RENDER", "RENDER", "RENDER")
