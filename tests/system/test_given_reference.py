@@ -11,6 +11,7 @@ from blender_rl_guiding import report
 from blender_rl_guiding.comparison import Comparison
 from blender_rl_guiding.doors.worker import Events
 from blender_rl_guiding.errors import InputError
+from blender_rl_guiding.experiments.progress import Progress
 from blender_rl_guiding.experiments.references import Given
 from blender_rl_guiding.experiments.runner import Experiment, run
 from blender_rl_guiding.images import read_exr, write_exr
@@ -23,12 +24,12 @@ METHODS = ("uniform", Render(spp=2, guide=Uniform())), ("bsdf", Render(spp=2, gu
 
 
 @pytest.fixture
-def silent() -> Events:
+def silent() -> Progress:
     class Nowhere:
         def write(self, text: str) -> None: ...
         def flush(self) -> None: ...
 
-    return Events(Nowhere())
+    return Events(Nowhere()).bar
 
 
 def given(folder: Path, brightness: float, size: int = 12) -> Path:
@@ -47,7 +48,7 @@ def results(folder: Path) -> dict[str, dict]:
     return {path.parent.parent.name: json.loads(path.read_text(encoding="utf-8")) for path in folder.rglob("result.json")}
 
 
-def test_another_reference_judges_anew_without_rendering(compiled: None, silent: Events, tmp_path: Path):
+def test_another_reference_judges_anew_without_rendering(compiled: None, silent: Progress, tmp_path: Path):
     assert run([experiment(tmp_path, given(tmp_path, 0.5))], Machine(), 1, silent) == 0
     before = results(tmp_path)
     images = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("image.exr")}
@@ -63,19 +64,19 @@ def test_another_reference_judges_anew_without_rendering(compiled: None, silent:
     assert "(grey 0.25.exr)" in page(report.write(tmp_path / "out"))
 
 
-def test_the_same_reference_changes_nothing(compiled: None, silent: Events, tmp_path: Path):
+def test_the_same_reference_changes_nothing(compiled: None, silent: Progress, tmp_path: Path):
     for _ in range(2):
         assert run([experiment(tmp_path, given(tmp_path, 0.5))], Machine(), 1, silent) == 0
     assert all("mape_display" in entry for values in results(tmp_path).values() for entry in values["curve"])
 
 
 @pytest.mark.parametrize(("size", "count", "message"), [(13, 1, "13 x 13 pixels, but scene 'tiny0' renders 12 x 12"), (12, 2, "2 scenes")])
-def test_what_is_no_reference_is_refused(compiled: None, silent: Events, tmp_path: Path, size: int, count: int, message: str):
+def test_what_is_no_reference_is_refused(compiled: None, silent: Progress, tmp_path: Path, size: int, count: int, message: str):
     with pytest.raises(InputError, match=message):
         run([experiment(tmp_path, given(tmp_path, 0.5, size), count)], Machine(), 1, silent)
 
 
-def test_a_reference_by_cycles_has_to_be_there(compiled: None, silent: Events, tmp_path: Path):
+def test_a_reference_by_cycles_has_to_be_there(compiled: None, silent: Progress, tmp_path: Path):
     by_cycles = replace(experiment(tmp_path, given(tmp_path, 0.5)), comparison=Comparison(METHODS, budget="EACH", reference="CYCLES"))
     with pytest.raises(InputError, match="a reference by Cycles is made in Blender alone"):
         run([by_cycles], Machine(), 1, silent)
@@ -85,14 +86,14 @@ def test_a_reference_by_cycles_has_to_be_there(compiled: None, silent: Events, t
 
 
 @pytest.mark.parametrize("name", ["a/b", "..", "", "what?", " a"])
-def test_a_scene_whose_name_no_folder_can_have_is_refused(name: str, silent: Events, tmp_path: Path):
+def test_a_scene_whose_name_no_folder_can_have_is_refused(name: str, silent: Progress, tmp_path: Path):
     fine = experiment(tmp_path, given(tmp_path, 0.5))
     with pytest.raises(InputError, match="cannot be the name of a file or folder"):
         run([replace(fine, scenes=(replace(fine.scenes[0], name=name),))], Machine(), 1, silent)
 
 
 @pytest.mark.parametrize("link", ["tiny0", "tiny0/bsdf", "tiny0/bsdf/seed-0"])
-def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Events, tmp_path: Path):
+def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Progress, tmp_path: Path):
     """A user may continue a comparison in a folder that somebody else made."""
     (tmp_path / "elsewhere").mkdir()
     place = tmp_path / "out" / link
@@ -103,7 +104,7 @@ def test_nothing_is_written_through_a_link_that_leads_out(link: str, silent: Eve
     assert not [*(tmp_path / "elsewhere").iterdir()]
 
 
-def test_a_file_says_what_was_compared(compiled: None, silent: Events, tmp_path: Path):
+def test_a_file_says_what_was_compared(compiled: None, silent: Progress, tmp_path: Path):
     """Checks the keys of experiment.json, because reports of all versions read this file."""
     assert run([replace(experiment(tmp_path, given(tmp_path, 0.5)), name="slides-a")], Machine(), 1, silent) == 0
     assert json.loads((tmp_path / "out" / "experiment.json").read_text(encoding="utf-8")) == {
@@ -117,7 +118,7 @@ def test_a_file_says_what_was_compared(compiled: None, silent: Events, tmp_path:
     }
 
 
-def test_what_is_learnt_is_shown_if_it_is_asked_for(compiled: None, silent: Events, tmp_path: Path):
+def test_what_is_learnt_is_shown_if_it_is_asked_for(compiled: None, silent: Progress, tmp_path: Path):
     plain = experiment(tmp_path, given(tmp_path, 0.5))
     learner = replace(plain.comparison, methods=(("table", Render(spp=2, guide=QTable(cells=4, recorded=500))),))
     for asked in (False, True):
@@ -126,7 +127,7 @@ def test_what_is_learnt_is_shown_if_it_is_asked_for(compiled: None, silent: Even
         assert (out / "tiny0" / "probe.json").exists() == asked
 
 
-def test_more_runs_than_a_report_can_show_are_refused(silent: Events, tmp_path: Path):
+def test_more_runs_than_a_report_can_show_are_refused(silent: Progress, tmp_path: Path):
     fine = experiment(tmp_path, given(tmp_path, 0.5))
     with pytest.raises(InputError, match="an experiment of 200000 runs; 100000 are the most"):
         run([replace(fine, comparison=replace(fine.comparison, seeds=100_000))], Machine(), 1, silent)
