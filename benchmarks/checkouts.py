@@ -1,4 +1,4 @@
-"""Two checkouts side by side, each asked by its own command `rlg` alone, and what their renders came to."""
+"""Renders by two checkouts, each through its own command `rlg`, and compares the outcomes."""
 
 import json
 import shutil
@@ -69,7 +69,7 @@ def of_both(task: Callable[[str], str]) -> str:
 
 
 def contents(folder: Path) -> dict[str, Any]:
-    """What a render came to: rays, losses, curve without times, and the bits of each channel of each EXR file."""
+    """The outcome of a render: rays, losses, the curve without its times, and the bits of each channel of each EXR file."""
     record = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     curve = [{name: value for name, value in entry.items() if name not in TIMES} for entry in record["curve"]]
     found: dict[str, Any] = {"rays": record["rays"], "losses": record["losses"], "curve": curve}

@@ -1,6 +1,6 @@
-"""Whether this checkout renders the same bits as another one, and how much faster; `./build.sh bench images OTHER`.
+"""Compares the bits and the speed of this checkout and another one: `./build.sh bench images OTHER`.
 
-Each is asked by its own command `rlg` alone, as their modules may differ. Both render the bundles that this one exports.
+Each renders through its own command `rlg`, because their modules may differ. Both render the bundles that this checkout exports.
 """
 
 import argparse

@@ -36,7 +36,7 @@ class Outcome:
 
 
 def outcome_of_check(step: int, result: str, check: Callable[[], dict[str, float]]) -> Outcome:
-    """What a check came to: the measures that it returns, or its finding."""
+    """The outcome of a check: its measures, or its finding."""
     start, finding, numbers = time.monotonic(), "", {}
     try:
         numbers = check()
